@@ -21,7 +21,7 @@ function(throng_harden target)
       target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:${flag}>)
     endif()
   endforeach()
-  # Some distributions predefine it. Without optimisation it only causes a warning.
+  # Some distributions predefine it. Without optimization it only causes a warning.
   target_compile_options(${target} PRIVATE
     "$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release,RelWithDebInfo,MinSizeRel>>:-U_FORTIFY_SOURCE;-D_FORTIFY_SOURCE=2>")
   foreach(flag -Wl,-z,relro -Wl,-z,now -Wl,-z,noexecstack)

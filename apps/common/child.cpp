@@ -142,7 +142,7 @@ class SilenceTimer {
     execv(path, argv);
   }
   const int error = errno;
-  [[maybe_unused]] const ssize_t told = write(report, &error, sizeof error);
+  [[maybe_unused]] const ssize_t sent = write(report, &error, sizeof error);
   _exit(127);
 }
 

@@ -21,7 +21,7 @@
 #include "apps/scenes/scene.hpp"
 #include "mpi/minimum_copies.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 namespace {
 
 struct Arguments {
@@ -199,4 +199,4 @@ Run add_bench(CLI::App& program) {
   return [a] { run(*a); };
 }
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

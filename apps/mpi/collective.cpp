@@ -10,7 +10,7 @@
 #include "apps/common/failure.hpp"
 #include "apps/common/print.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 
 int rank_of(MPI_Comm comm) {
   int rank = 0;
@@ -66,4 +66,4 @@ void say(const std::string& text, MPI_Comm comm) {
   });
 }
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

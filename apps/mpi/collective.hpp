@@ -11,7 +11,7 @@
 
 #include "apps/common/failure_text.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 
 int rank_of(MPI_Comm comm);
 int size_of(MPI_Comm comm);
@@ -30,4 +30,4 @@ void require_ok(const Result& result, const std::string& name,
 // Collective. Rank 0 writes to standard output.
 void say(const std::string& text, MPI_Comm comm);
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

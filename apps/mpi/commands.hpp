@@ -8,7 +8,7 @@ namespace CLI {
 class App;
 }
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 
 using Run = std::function<void()>;
 
@@ -16,4 +16,4 @@ Run add_pairs(CLI::App& program);
 Run add_bench(CLI::App& program);
 Run add_model(CLI::App& program);
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

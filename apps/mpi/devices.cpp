@@ -7,7 +7,7 @@
 #include <system_error>
 #include <vector>
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 namespace {
 
 // Open MPI, MPICH and Intel's, MVAPICH, Slurm.
@@ -53,4 +53,4 @@ void choose_device() {
 #endif
 }
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

@@ -1,12 +1,12 @@
 // Assigns one GPU to each rank. The library uses the process's first visible GPU, so each rank of a
-// machine must see a different one first. Set before MPI_Init, since a CUDA-aware MPI initialises
+// machine must see a different one first. Set before MPI_Init, since a CUDA-aware MPI initializes
 // the GPU.
 #pragma once
 
 #include <cstddef>
 #include <string>
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 
 // The value of CUDA_VISIBLE_DEVICES for one rank of a machine: round-robin over the devices in
 // `visible`, or over `gpus` GPUs if it is null. Empty: leave it unchanged, e.g. if the launcher
@@ -16,4 +16,4 @@ std::string device_for(const char* rank_on_machine, const char* visible, std::si
 // Sets CUDA_VISIBLE_DEVICES for this process from the launcher's environment. Call before MPI_Init.
 void choose_device();
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

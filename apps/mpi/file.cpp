@@ -12,7 +12,7 @@
 #include "apps/scenes/npy.hpp"
 #include "apps/scenes/npy_header.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 
 using common::Failure;
 
@@ -193,4 +193,4 @@ void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_
   }
 }
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

@@ -12,7 +12,7 @@
 
 #include "apps/scenes/output_file.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 
 // The index of the first of n items of rank `rank` of `size`; rank + 1 gives the end.
 std::uint64_t slice_begin(std::uint64_t n, int rank, int size) noexcept;
@@ -58,4 +58,4 @@ void check_output(const scenes::NamedFile& output, const std::vector<scenes::Nam
 // complete.
 void write_pairs(const std::string& path, const std::vector<Pair64>& pairs, MPI_Comm comm);
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

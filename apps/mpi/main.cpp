@@ -18,7 +18,7 @@
 #include "apps/mpi/commands.hpp"
 #include "apps/mpi/devices.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 namespace {
 
 int dispatch(int argc, char** argv) {
@@ -65,13 +65,13 @@ int guarded(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app
 
 int main(int argc, char** argv) {
-  throng::ranks::choose_device();
+  throng::mpi_app::choose_device();
   if (MPI_Init(&argc, &argv) != MPI_SUCCESS) return throng::common::exit_bad;
   MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
-  const int status = throng::ranks::guarded(argc, argv);
+  const int status = throng::mpi_app::guarded(argc, argv);
   MPI_Finalize();
   return status;
 }

@@ -7,7 +7,7 @@
 
 #include "apps/common/failure.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 namespace {
 
 void check(cudaError_t error) {
@@ -62,4 +62,4 @@ std::vector<Pair64> fetch(const mpi::Pairs64& pairs) {
   return host;
 }
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

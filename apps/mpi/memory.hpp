@@ -5,7 +5,7 @@
 
 #include <throng/mpi.hpp>
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 
 // Uses the current GPU. Throws in a build without CUDA.
 class DeviceCopy {
@@ -28,4 +28,4 @@ class DeviceCopy {
 // Copies pairs from device to host memory. Throws common::Failure.
 std::vector<Pair64> fetch(const mpi::Pairs64& pairs);
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

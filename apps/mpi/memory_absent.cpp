@@ -2,7 +2,7 @@
 #include "apps/common/failure.hpp"
 #include "apps/mpi/memory.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 namespace {
 
 [[noreturn]] void refuse() {
@@ -15,4 +15,4 @@ void DeviceCopy::clear() noexcept {}
 mpi::RankBoxes DeviceCopy::load(const mpi::RankBoxes&) { refuse(); }
 std::vector<Pair64> fetch(const mpi::Pairs64&) { refuse(); }
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

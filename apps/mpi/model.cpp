@@ -18,7 +18,7 @@
 #include "mpi/bisect.hpp"
 #include "mpi/minimum_copies.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 namespace {
 
 using mpi::Bounds;
@@ -117,4 +117,4 @@ Run add_model(CLI::App& program) {
   return [a] { run(*a); };
 }
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

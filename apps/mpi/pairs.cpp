@@ -21,7 +21,7 @@
 #include "apps/report/format.hpp"
 #include "apps/scenes/npy.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 namespace {
 
 struct Arguments {
@@ -228,4 +228,4 @@ Run add_pairs(CLI::App& program) {
   return [a] { run(*a); };
 }
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

@@ -5,7 +5,7 @@
 
 #include "apps/mpi/collective.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 
 void BackendOptions::add_to(CLI::App& app) {
   app.add_option("--backend", backend, "backend of each rank: auto, cpu, cuda or emulated (auto)")
@@ -70,4 +70,4 @@ std::string Search::buffers() const {
                            : fmt::format("direct on {} of {} ranks", direct, ranks);
 }
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

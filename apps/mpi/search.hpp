@@ -14,7 +14,7 @@ namespace CLI {
 class App;
 }
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 
 struct BackendOptions {
   std::string backend = "auto", buffers = "auto";
@@ -30,7 +30,7 @@ class Search {
 
   // Not collective. The arrays must stay unchanged until the next load.
   void load(const mpi::RankBoxes& boxes);
-  // Collective. Searches the loaded boxes; synchronises with the GPU.
+  // Collective. Searches the loaded boxes; synchronizes with the GPU.
   Result find() noexcept;
   // Not collective. The pairs of the last search, in host memory.
   mpi::Pairs64 pairs();
@@ -49,4 +49,4 @@ class Search {
   std::vector<Pair64> fetched_;
 };
 
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

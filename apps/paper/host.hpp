@@ -23,7 +23,7 @@ class HostDevice {
  public:
   explicit HostDevice(unsigned threads = 1) : threads_(threads == 0 ? 1 : threads) {}
 
-  // Uninitialised memory.
+  // Uninitialized memory.
   template <class T>
   class Array {
    public:

@@ -23,7 +23,7 @@ THRONG_HD constexpr std::uint64_t byte_count(std::uint64_t bits) noexcept {
   return bits / 8 + (bits % 8 != 0);
 }
 
-// The query: does pair k overlap?
+// Whether pair k overlaps.
 THRONG_HD constexpr bool test_bit(const std::uint8_t* matrix, std::uint64_t k) noexcept {
   return (matrix[k / 8] >> (k % 8) & 1) != 0;
 }

@@ -51,7 +51,7 @@ class Stepper {
 std::unique_ptr<Stepper> make_host_stepper(const Job& job);
 
 // Median time of `count` square roots, of 0 .. count - 1, over `repeat` runs. `sum` depends on all
-// roots, so that none is optimised away.
+// roots, so that none is optimized away.
 struct RootTime {
   double ms = 0;
   std::uint64_t sum = 0;

@@ -161,7 +161,7 @@ std::string Plot::svg() const {
       "fill=\"#222\">{}</text>\n",
       (top + bottom) / 2, escape_html(y_label));
 
-  // Emphasised series last, so that they are on top; the legend keeps the caller's order.
+  // Emphasized series last, so that they are on top; the legend keeps the caller's order.
   std::vector<std::size_t> order;
   for (const bool emphasis : {false, true})
     for (std::size_t i = 0; i < series.size(); ++i)

@@ -15,13 +15,13 @@
 namespace throng::scenes {
 namespace {
 
-constexpr double kPi = 3.14159265358979324;
-constexpr double kSlope = 0.6;
-constexpr double kAspect = 4;        // the column's height in diameters
-constexpr double kDrop = 4;          // of the lowest layer, above the plane
-constexpr double kFallFrames = 100;  // until the highest layer would reach the plane
-constexpr double kSunk = 0.5;        // boxes below this height lie on the plane itself
-constexpr int kTable = 4096;
+constexpr double pi = 3.14159265358979324;
+constexpr double slope = 0.6;
+constexpr double aspect = 4;         // the column's height in diameters
+constexpr double drop = 4;           // of the lowest layer, above the plane
+constexpr double fall_frames = 100;  // until the highest layer would reach the plane
+constexpr double sunk = 0.5;         // boxes below this height lie on the plane itself
+constexpr int table = 4096;
 
 class Column : public Generator {
  public:
@@ -31,20 +31,20 @@ class Column : public Generator {
     // others.
     const double volume = 4 / spec.density;             // of the heap, per box
     pitch_ = std::max(1.25, 1.05 * cube_root(volume));  // the heap must not outgrow the column
-    const double wanted = cube_root(n * pitch_ * pitch_ * pitch_ / (2 * kAspect * kPi));
+    const double wanted = cube_root(n * pitch_ * pitch_ * pitch_ / (2 * aspect * pi));
     fill_layer(wanted);
     layers_ = std::ceil(n / static_cast<double>(cells_.size()));
-    fall_ = 2 * (kDrop + layers_ * pitch_) / (kFallFrames * kFallFrames);
+    fall_ = 2 * (drop + layers_ * pitch_) / (fall_frames * fall_frames);
 
     column_radius_ = std::max(wanted, pitch_ / 2);
     const double rc3 = column_radius_ * column_radius_ * column_radius_;
-    const double growth = 3 * volume * n / (kPi * kSlope);
-    radius_.resize(kTable + 2);
-    for (int k = 0; k <= kTable; ++k) {
-      radius_[static_cast<std::size_t>(k)] = cube_root(rc3 + growth * k / kTable);
+    const double growth = 3 * volume * n / (pi * slope);
+    radius_.resize(table + 2);
+    for (int k = 0; k <= table; ++k) {
+      radius_[static_cast<std::size_t>(k)] = cube_root(rc3 + growth * k / table);
     }
-    radius_[kTable + 1] = radius_[kTable];
-    const float edge = static_cast<float>(1.5 * radius_[kTable] + 4);
+    radius_[table + 1] = radius_[table];
+    const float edge = static_cast<float>(1.5 * radius_[table] + 4);
     plane_ = {{-edge, -edge, -1}, {edge, edge, 0}};
   }
 
@@ -54,8 +54,8 @@ class Column : public Generator {
 
   bool moves(std::size_t i) const noexcept override { return i > 0 && movers_(random_.word(i, 1)); }
   double side() const noexcept override {
-    const double height = kDrop + layers_ * pitch_;
-    return std::max(height, 2 * radius_[kTable]) + 1;
+    const double height = drop + layers_ * pitch_;
+    return std::max(height, 2 * radius_[table]) + 1;
   }
 
  private:
@@ -75,7 +75,7 @@ class Column : public Generator {
   }
 
   double radius_at(double tau) const noexcept {
-    const double at = tau * kTable;
+    const double at = tau * table;
     const auto k = static_cast<std::size_t>(at);
     return radius_[k] + (radius_[k + 1] - radius_[k]) * (at - static_cast<double>(k));
   }
@@ -83,7 +83,7 @@ class Column : public Generator {
   // Height of the heap with foot radius `foot`, at (x, y).
   double surface(double foot, double x, double y) const noexcept {
     const double r = std::sqrt(x * x + y * y);
-    const double h = kSlope * (foot - (r > column_radius_ ? r : column_radius_)) - kSunk;
+    const double h = slope * (foot - (r > column_radius_ ? r : column_radius_)) - sunk;
     return h > 0 ? h : 0;
   }
 
@@ -96,7 +96,7 @@ class Column : public Generator {
     // At most a fifth of the gap between neighbours in the column, so that none of them touch.
     const double play = (pitch_ - 1) * 0.4;
     const double x0 = cell.x + jx * play, y0 = cell.y + jy * play;
-    const double z0 = kDrop + static_cast<double>(layer) * pitch_;
+    const double z0 = drop + static_cast<double>(layer) * pitch_;
     const double tau = (static_cast<double>(layer) + unit(other)) / layers_;
     const double foot = radius_at(tau), spread = foot / column_radius_;
     const double x1 = (cell.x + jx * pitch_) * spread, y1 = (cell.y + jy * pitch_) * spread;

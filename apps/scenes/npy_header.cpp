@@ -9,9 +9,9 @@
 namespace throng::scenes {
 namespace {
 
-constexpr char kMagic[] = "\x93NUMPY";
-constexpr std::size_t kMagicBytes = 6;
-constexpr const char* kWantedFile = "a NumPy .npy file";
+constexpr char magic[] = "\x93NUMPY";
+constexpr std::size_t magic_bytes = 6;
+constexpr const char* wanted_file = "a NumPy .npy file";
 
 struct Preamble {
   std::size_t header_at = 0;
@@ -19,12 +19,12 @@ struct Preamble {
 };
 
 Preamble parse_preamble(const unsigned char* data, std::size_t size, const std::string& name) {
-  if (size == 0) throw_file_error(name, "an empty file", kWantedFile);
-  if (std::memcmp(data, kMagic, size < kMagicBytes ? size : kMagicBytes) != 0) {
-    throw_file_error(name, "a file that does not start with \\x93NUMPY", kWantedFile);
+  if (size == 0) throw_file_error(name, "an empty file", wanted_file);
+  if (std::memcmp(data, magic, size < magic_bytes ? size : magic_bytes) != 0) {
+    throw_file_error(name, "a file that does not start with \\x93NUMPY", wanted_file);
   }
   if (size < 10) {
-    throw_file_error(name, "a file of only " + std::to_string(size) + " bytes", kWantedFile);
+    throw_file_error(name, "a file of only " + std::to_string(size) + " bytes", wanted_file);
   }
   const int major = data[6], minor = data[7];
   if (major < 1 || major > 3) {
@@ -34,7 +34,7 @@ Preamble parse_preamble(const unsigned char* data, std::size_t size, const std::
   Preamble p;
   p.header_at = major == 1 ? 10 : 12;
   if (size < p.header_at) {
-    throw_file_error(name, "a file of only " + std::to_string(size) + " bytes", kWantedFile);
+    throw_file_error(name, "a file of only " + std::to_string(size) + " bytes", wanted_file);
   }
   p.header_bytes = data[8] | std::size_t{data[9]} << 8;
   if (major > 1) p.header_bytes |= std::size_t{data[10]} << 16 | std::size_t{data[11]} << 24;
@@ -243,7 +243,7 @@ std::string native_descr(char kind, std::size_t item_bytes) {
 
 std::string format_npy_header(const std::string& descr, const std::vector<std::uint64_t>& shape) {
   constexpr std::size_t total = 128;  // a multiple of 64, as NumPy aligns its data
-  std::string header(kMagic, kMagicBytes);
+  std::string header(magic, magic_bytes);
   header += {'\1', '\0', static_cast<char>(total - 10), '\0'};
   header +=
       "{'descr': '" + descr + "', 'fortran_order': False, 'shape': " + shape_text(shape) + ", }";

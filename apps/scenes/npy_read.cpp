@@ -17,19 +17,19 @@
 namespace throng::scenes {
 namespace {
 
-constexpr const char* kWantedBoxes =
+constexpr const char* wanted_boxes =
     "float32 of shape (n, 6) or (frames, n, 6); of 2-D boxes 4 for 6; or (n, 2, 3), (n, 2, 2): "
     "lower "
     "and upper corners";
 // Empty frames take no space in a file, so the file's size does not limit their number.
-constexpr std::uint64_t kMaxEmptyFrames = 1 << 20;
+constexpr std::uint64_t max_empty_frames = 1 << 20;
 // Values are converted in blocks of about this many numbers.
 constexpr std::size_t staged_items = 24576;
 
 template <class T>
 std::unique_ptr<T[]> allocate(std::uint64_t count, const std::string& name) {
   if (count <= std::numeric_limits<std::size_t>::max() / sizeof(T)) {
-    // Without the zero-initialisation of make_unique.
+    // Without the zero-initialization of make_unique.
     if (T* p = new (std::nothrow) T[static_cast<std::size_t>(count)])
       return std::unique_ptr<T[]>(p);
   }
@@ -59,12 +59,12 @@ struct BoxShape {
 // Whether this is an array of boxes. The file has the bytes that its shape implies.
 BoxShape check_boxes(const NpyHeader& h, const std::string& name) {
   if (h.kind != 'f' || (h.item_bytes != 4 && h.item_bytes != 8)) {
-    throw_file_error(name, h.text(), kWantedBoxes);
+    throw_file_error(name, h.text(), wanted_boxes);
   }
   const std::size_t d = h.shape.size();
   const bool corners = has_corners(h);
   if ((d != 2 && d != 3) || (!corners && h.shape.back() != 6 && h.shape.back() != 4))
-    throw_file_error(name, h.text(), kWantedBoxes);
+    throw_file_error(name, h.text(), wanted_boxes);
   const std::uint64_t frames = d == 3 && !corners ? h.shape[0] : 1;
   const std::uint64_t count = corners ? h.shape[0] : h.shape[d - 2];
   if (count > max_box_count) {
@@ -72,9 +72,9 @@ BoxShape check_boxes(const NpyHeader& h, const std::string& name) {
                      "at most " + std::to_string(max_box_count));
   }
   if (frames == 0) throw_file_error(name, "no frame, " + h.text(), "at least one frame");
-  if (count == 0 && frames > kMaxEmptyFrames) {
+  if (count == 0 && frames > max_empty_frames) {
     throw_file_error(name, std::to_string(frames) + " empty frames",
-                     "at most " + std::to_string(kMaxEmptyFrames));
+                     "at most " + std::to_string(max_empty_frames));
   }
   return {static_cast<std::size_t>(frames), static_cast<std::size_t>(count)};
 }

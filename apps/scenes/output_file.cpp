@@ -22,9 +22,9 @@
 namespace throng::scenes {
 namespace {
 
-constexpr std::size_t kBufferBytes = 1 << 18;
-constexpr int kAttempts = 16;
-constexpr int kMostLinks = 40;
+constexpr std::size_t buffer_bytes = 1 << 18;
+constexpr int attempts = 16;
+constexpr int most_links = 40;
 
 // The target of a path: a rename over a link would replace the link, and /dev/stdout is one. A
 // link's target need not exist yet.
@@ -34,7 +34,7 @@ std::string followed(const std::string& path) {
   fs::path at = path;
   for (int links = 0; fs::is_symlink(fs::symlink_status(at, error)); ++links) {
     const fs::path to = fs::read_symlink(at, error);
-    if (error || links == kMostLinks)
+    if (error || links == most_links)
       throw_file_error(path, error ? error.message() : "links that form a cycle",
                        "a file that can be written");
     at = at.parent_path() / to;
@@ -83,9 +83,9 @@ OutputFile::OutputFile(const std::string& path) : name_(path) {
     if (file_) break;
     const int why = errno;
     temporary_.clear();  // created by another process
-    if (why != EEXIST || attempt + 1 == kAttempts) fail(why);
+    if (why != EEXIST || attempt + 1 == attempts) fail(why);
   }
-  std::setvbuf(file_, nullptr, _IOFBF, kBufferBytes);
+  std::setvbuf(file_, nullptr, _IOFBF, buffer_bytes);
 }
 
 OutputFile::~OutputFile() { discard(); }

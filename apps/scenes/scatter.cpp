@@ -77,24 +77,24 @@ std::unique_ptr<Scatter<Where>> scatter(const Spec& spec, const Random& random, 
   return std::make_unique<Scatter<Where>>(spec, random, where, side);
 }
 
-const std::vector<SizeClass> kUnitCubes = {{{1, 1, 1}, 1}};
-constexpr double kSpeed = 0.1;  // a tenth of a unit cube per frame
+const std::vector<SizeClass> unit_cubes = {{{1, 1, 1}, 1}};
+constexpr double frame_speed = 0.1;  // a tenth of a unit cube per frame
 
 std::unique_ptr<Generator> uniform(const Spec& spec, const Random& random) {
-  const double span = solve_span(kUnitCubes, spec.objects, spec.density);
+  const double span = solve_span(unit_cubes, spec.objects, spec.density);
   return scatter(
-      spec, random, [span](std::size_t, const Random&) { return in_cube(1, 1, 1, span, kSpeed); },
-      span + 1);
+      spec, random,
+      [span](std::size_t, const Random&) { return in_cube(1, 1, 1, span, frame_speed); }, span + 1);
 }
 
-constexpr std::size_t kWorldSize = 64;
+constexpr std::size_t world_size = 64;
 
 std::unique_ptr<Generator> worlds(const Spec& spec, const Random& random) {
-  const double span = solve_span(kUnitCubes, std::min(spec.objects, kWorldSize), spec.density);
+  const double span = solve_span(unit_cubes, std::min(spec.objects, world_size), spec.density);
   auto made = scatter(
-      spec, random, [span](std::size_t, const Random&) { return in_cube(1, 1, 1, span, kSpeed); },
-      span + 1);
-  made->set_world_size(kWorldSize);
+      spec, random,
+      [span](std::size_t, const Random&) { return in_cube(1, 1, 1, span, frame_speed); }, span + 1);
+  made->set_world_size(world_size);
   return made;
 }
 
@@ -106,7 +106,7 @@ std::unique_ptr<Generator> spheres(const Spec& spec, const Random& random) {
       [span](std::size_t i, const Random& r) {
         const double u = r.even(i);
         const double d = u < 0.6 ? 1 : u < 0.9 ? 2 : 4;
-        return in_cube(d, d, d, span, kSpeed);
+        return in_cube(d, d, d, span, frame_speed);
       },
       span + 4);
 }
@@ -127,7 +127,7 @@ std::unique_ptr<Generator> mixed(const Spec& spec, const Random& random) {
       spec, random,
       [span](std::size_t i, const Random& r) {
         const double s = portable_exp2(r.even(i) * octaves);
-        Place p = in_cube(s, s, s, span, 5 * kSpeed);
+        Place p = in_cube(s, s, s, span, 5 * frame_speed);
         p.origin[2] = 0;
         return p;
       },
@@ -142,13 +142,13 @@ std::unique_ptr<Generator> clusters(const Spec& spec, const Random& random) {
   constexpr std::size_t count = cells[0] * cells[1] * cells[2];
   constexpr double emptiness = 64;  // the scene's side in sides of a cluster
   const double span =
-      std::max(solve_span(kUnitCubes, (spec.objects + count - 1) / count, spec.density), 1.0);
+      std::max(solve_span(unit_cubes, (spec.objects + count - 1) / count, spec.density), 1.0);
   const double side = emptiness * (span + 1);
   std::vector<Place> places;
   for (std::size_t c = 0; c < count; ++c) {
     // Each cluster at a random place in a cell of its own.
     const std::size_t cell[3] = {c % cells[0], c / cells[0] % cells[1], c / (cells[0] * cells[1])};
-    Place p = in_cube(1, 1, 1, span, kSpeed);
+    Place p = in_cube(1, 1, 1, span, frame_speed);
     for (int k = 0; k < 3; ++k) {
       const double pitch = side / static_cast<double>(cells[k]);
       const double u = unit(random.word(c, static_cast<unsigned>(5 + k)));
@@ -169,7 +169,7 @@ std::unique_ptr<Generator> rods(const Spec& spec, const Random& random) {
   return scatter(
       spec, random,
       [span](std::size_t i, const Random& r) {
-        Place p = in_cube(1, 1, 1, span, kSpeed);
+        Place p = in_cube(1, 1, 1, span, frame_speed);
         p.size[static_cast<int>(r.even(i) * 3)] = 64;
         return p;
       },
@@ -206,7 +206,7 @@ std::unique_ptr<Generator> rods_any(const Spec& spec, const Random& random) {
   return scatter(
       spec, random,
       [span](std::size_t i, const Random& r) {
-        Place p = in_cube(1, 1, 1, span, kSpeed);
+        Place p = in_cube(1, 1, 1, span, frame_speed);
         any_rod(i, r, p.size);
         return p;
       },
@@ -217,13 +217,13 @@ std::unique_ptr<Generator> line(const Spec& spec, const Random& random) {
   const double span = solve_falling(
       [&](double s) {
         const double spans[3] = {s, 0, 0};
-        return expected_pairs(kUnitCubes, spec.objects, spans);
+        return expected_pairs(unit_cubes, spec.objects, spans);
       },
       spec.density);
   return scatter(
       spec, random,
       [span](std::size_t, const Random&) {
-        return Place{{1, 1, 1}, {-span / 2, 0, 0}, {span, 0, 0}, kSpeed};
+        return Place{{1, 1, 1}, {-span / 2, 0, 0}, {span, 0, 0}, frame_speed};
       },
       span + 1);
 }
@@ -240,27 +240,27 @@ std::unique_ptr<Generator> rectangles(const Spec& spec, const Random& random) {
       spec, random,
       [span, classes](std::size_t i, const Random& r) {
         const double* size = classes[static_cast<std::size_t>(r.even(i) * 6)].size;
-        return in_cube(size[0], size[1], size[2], span, kSpeed);
+        return in_cube(size[0], size[1], size[2], span, frame_speed);
       },
       span + 4);
 }
 
 // Four cones of this size on the floor, each in the middle of a quadrant.
-constexpr std::size_t kCones = 4;
-constexpr double kConeSize = 4;
+constexpr std::size_t max_cones = 4;
+constexpr double cone_size = 4;
 
 // Expected pairs of n boxes, the cones included, with spheres whose lower corners are uniform in a
 // cube on the floor. Does not increase with its side.
 double expected_with_cones(std::size_t n, double span) {
-  const double cones = static_cast<double>(std::min(n, kCones));
+  const double cones = static_cast<double>(std::min(n, max_cones));
   const double spheres = static_cast<double>(n) - cones;
   const double pitch = (span + 1) / 2;  // from one cone's centre to the next
   // All cones overlap or none; a cone overlaps boxes that start between 1 before it and its end.
-  double pairs = pitch <= kConeSize ? cones * (cones - 1) / 2 : 0;
-  const double low = pitch / 2 - kConeSize / 2;
-  const double along = std::min(low + kConeSize, span) - std::max(low - 1, 0.0);
+  double pairs = pitch <= cone_size ? cones * (cones - 1) / 2 : 0;
+  const double low = pitch / 2 - cone_size / 2;
+  const double along = std::min(low + cone_size, span) - std::max(low - 1, 0.0);
   const double across = along < span ? along / span : 1;
-  pairs += cones * spheres * across * across * (kConeSize < span ? kConeSize / span : 1);
+  pairs += cones * spheres * across * across * (cone_size < span ? cone_size / span : 1);
   const double met = meeting_chance(1, 1, span);
   return pairs + spheres * (spheres - 1) / 2 * met * met * met;
 }
@@ -273,16 +273,16 @@ std::unique_ptr<Generator> nbody(const Spec& spec, const Random& random) {
   auto made = scatter(
       spec, random,
       [span](std::size_t, const Random&) {
-        Place p = in_cube(1, 1, 1, span, kSpeed);
+        Place p = in_cube(1, 1, 1, span, frame_speed);
         p.origin[0] -= 0.5, p.origin[1] -= 0.5;  // so that the centre of the floor is at 0, 0
         p.origin[2] = 0;
         return p;
       },
-      std::max(span + 1, pitch + kConeSize));
-  for (std::size_t c = 0; c < kCones; ++c) {
+      std::max(span + 1, pitch + cone_size));
+  for (std::size_t c = 0; c < max_cones; ++c) {
     const double x = c % 2 ? pitch / 2 : -pitch / 2, y = c / 2 ? pitch / 2 : -pitch / 2;
-    const double half = kConeSize / 2;
-    made->add_standing(box_at(x - half, y - half, 0, kConeSize, kConeSize, kConeSize));
+    const double half = cone_size / 2;
+    made->add_standing(box_at(x - half, y - half, 0, cone_size, cone_size, cone_size));
   }
   return made;
 }
@@ -294,7 +294,7 @@ struct Entry {
 };
 
 // The index in this list seeds a scene's numbers: append new ones.
-constexpr Entry kEntries[] = {
+constexpr Entry entries[] = {
     {"uniform", 0.5, uniform},   {"sparse", 0.001, uniform},
     {"spheres", 1, spheres},     {"mixed", 4.7, mixed},
     {"clusters", 0.5, clusters}, {"rods", 2.7, rods},
@@ -307,7 +307,7 @@ constexpr Entry kEntries[] = {
 
 std::unique_ptr<Generator> make_scatter(Spec& spec) {
   std::uint64_t number = 1;
-  for (const Entry& entry : kEntries) {
+  for (const Entry& entry : entries) {
     if (spec.name == entry.name) {
       if (spec.density == 0) spec.density = entry.density;
       return entry.make(spec, Random(spec.seed, number));

@@ -18,7 +18,7 @@ std::unique_ptr<btBroadphaseInterface> make_phase(Phase phase, const Spec& spec,
                                                   const std::vector<Placement>& placements) {
   if (phase == Phase::throng) return std::make_unique<BulletBroadphase>(spec.options);
   if (phase == Phase::dbvt) return std::make_unique<btDbvtBroadphase>();
-  // Quantised between bounds; beyond them all boxes would overlap: space for a heap to spread.
+  // Quantized between bounds; beyond them all boxes would overlap: space for a heap to spread.
   double side = 0, top = 0;
   for (const Placement& p : placements) {
     side = std::max({side, std::abs(p.at[0]), std::abs(p.at[1])});

@@ -12,7 +12,7 @@ namespace throng::cli {
 namespace {
 
 // One copy of the inner loop per instruction set, chosen when the program starts. Not under
-// sanitizers, which are not initialised when the choice runs.
+// sanitizers, which are not initialized when the choice runs.
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 #define THRONG_CLI_SANITIZED 1

@@ -72,7 +72,7 @@ class RangeRecords {
     for (std::size_t k = begin; k < end; k += 16) {
       const std::size_t count = end - k < 16 ? end - k : 16;
       std::uint32_t hit[16];
-      for (std::size_t j = 0; j < 16; ++j)  // for the compiler to vectorise
+      for (std::size_t j = 0; j < 16; ++j)  // for the compiler to vectorize
         hit[j] = (lx[k + j] <= q.box.upper.x) & (ux[k + j] >= q.box.lower.x) &
                  (ly[k + j] <= q.box.upper.y) & (uy[k + j] >= q.box.lower.y) &
                  (lz[k + j] <= q.box.upper.z) & (uz[k + j] >= q.box.lower.z);

@@ -43,7 +43,7 @@ struct MethodInfo {
   std::function<std::unique_ptr<Method>(unsigned threads)> make;
 };
 
-// A growing buffer of pairs that does not initialise new memory and keeps it from run to run.
+// A growing buffer of pairs that does not initialize new memory and keeps it from run to run.
 // Aligned: each thread has one, in an array.
 class alignas(128) PairBuffer {
  public:

@@ -38,7 +38,7 @@ float draw(std::size_t i, std::uint64_t which) {
 Transform transform_of(std::size_t i) {
   Transform t;
   t.position = {100 * draw(i, 0), 100 * draw(i, 1), 100 * draw(i, 2)};
-  // Not normalised, at no cost: the boxes are those of the matrix as given.
+  // Not normalized, at no cost: the boxes are those of the matrix as given.
   t.rotation = {draw(i, 3), draw(i, 4), draw(i, 5), draw(i, 6)};
   return t;
 }

@@ -127,9 +127,9 @@ void measure_order(const Case& c, const Resident& frames, Order order, Session& 
     need(cudaMemsetAsync(pairs.data(), 0xff, pairs.bytes(), stream.get()));
     graphs[f]->launch(stream.get());
     stream.wait();
-    cuda::Report told;
-    report.get(&told, 1);
-    const auto found = static_cast<std::size_t>(told.found);
+    cuda::Report reported;
+    report.get(&reported, 1);
+    const auto found = static_cast<std::size_t>(reported.found);
     if (found != frames.found(f) || found > capacity) {
       s.wrong.push_back(c.label + ", frame " + std::to_string(f) + ": " + std::to_string(found) +
                         " pairs in a replay, " + std::to_string(frames.found(f)) + " before");

@@ -40,7 +40,7 @@ class DeviceFinder {
   DeviceFinder(const DeviceFinder&) = delete;
   DeviceFinder& operator=(const DeviceFinder&) = delete;
 
-  // Collective. Synchronises with the stream; earlier work on the stream may still write the boxes.
+  // Collective. Synchronizes with the stream; earlier work on the stream may still write the boxes.
   // Cost: that of cuda::Finder for the boxes that overlap a rank's region.
   Result find(const RankBoxes& boxes, cuda::Stream stream) noexcept;
   Result find(const RankBoxes& a, const RankBoxes& b, cuda::Stream stream) noexcept;

@@ -7,7 +7,7 @@
  *
  * Boxes and pairs follow the C++ API: boxes are closed, so touching counts; a box with lower >
  * upper on some axis overlaps nothing, or is an error with THRONG_INVERTED_REFUSE. A
- * zero-initialised struct is empty or the default (no boxes, no filter), except throng_options:
+ * zero-initialized struct is empty or the default (no boxes, no filter), except throng_options:
  * call throng_options_init. */
 #ifndef THRONG_THRONG_H
 #define THRONG_THRONG_H
@@ -114,7 +114,7 @@ typedef struct throng_options {
   void* memory_self;
   int isa;       /* one of THRONG_ISA_* */
   int stoppable; /* 1: throng_finder_stop and throng_broad_phase_stop can end a call; on a GPU this
-                    synchronises the stream after each stage */
+                    synchronizes the stream after each stage */
   int inverted;  /* one of THRONG_INVERTED_* */
 } throng_options;
 

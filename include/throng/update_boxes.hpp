@@ -21,7 +21,7 @@ namespace throng {
 //       2(xz - wy)       2(yz + wx)       1 - 2(xx + yy)
 // in real arithmetic, the usual matrix; the identity for 0, 0, 0, w. If xx + yy + zz + ww is 1 + e,
 // R changes each length by at most a factor of 2|e|, and R v is at most 2|e| |v| from the image
-// under the normalised quaternion. For unit quaternions rounded to float, 2|e| < 5e-7.
+// under the normalized quaternion. For unit quaternions rounded to float, 2|e| < 5e-7.
 struct Quaternion {
   float x = 0, y = 0, z = 0, w = 1;
 };

@@ -36,15 +36,15 @@ class Browser:
         self.session: dict[str, str] = {}
 
     def open(self, address: str) -> None:
-        target = self.ask("Target.createTarget", url=address)["targetId"]
-        attached = self.ask("Target.attachToTarget", targetId=target, flatten=True)
+        target = self.call("Target.createTarget", url=address)["targetId"]
+        attached = self.call("Target.attachToTarget", targetId=target, flatten=True)
         self.session = {"sessionId": attached["sessionId"]}
 
     def picture(self) -> bytes:
         """A PNG screenshot."""
-        return base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"])
+        return base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
 
-    def ask(self, method: str, **parameters: Any) -> Any:
+    def call(self, method: str, **parameters: Any) -> Any:
         self.number += 1
         message = {"id": self.number, "method": method, "params": parameters, **self.session}
         os.write(self.to, json.dumps(message).encode() + b"\0")

@@ -78,7 +78,7 @@ class ArrayOnDevice:
 
     def __dlpack__(self, *, stream: int | None = None, **_: Any) -> Any:
         self.streams.append(stream)
-        assert self.values is not None, "not to be asked"
+        assert self.values is not None, "not to be requested"
         return capsule(self.values, self.address, self.device)
 
 

@@ -191,10 +191,10 @@ def test_four_threads_query_at_once() -> None:
     live.update()
     queries = [some_boxes(300, seed, far=0.0) for seed in range(4)]
     by = numpy.full((300, 3), 3, numpy.float32)
-    wanted = [(live.find_overlaps(asked), live.find_hits(asked, by)) for asked in queries]
+    wanted = [(live.find_overlaps(boxes), live.find_hits(boxes, by)) for boxes in queries]
     start, failures, answered = threading.Barrier(4), [], [0] * 4
 
-    def ask(k: int) -> None:
+    def run_query(k: int) -> None:
         try:
             query = throng.BroadPhaseQuery(threads=1)
             start.wait()
@@ -207,7 +207,7 @@ def test_four_threads_query_at_once() -> None:
         except BaseException as error:
             failures.append(error)
 
-    threads = [threading.Thread(target=ask, args=(k,)) for k in range(4)]
+    threads = [threading.Thread(target=run_query, args=(k,)) for k in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:

@@ -20,9 +20,9 @@ def pairs_of(library: Any, boxes: Any, **options: Any) -> list[tuple[int, int]]:
     assert found.dtype == library.uint32 and found.shape[1:] == (2,)
     as_numpy = throng.find_pairs(boxes, **options)
     assert type(as_numpy) is numpy.ndarray
-    told = as_pairs(numpy.asarray(found))
-    assert told == as_pairs(as_numpy)
-    return told
+    pairs = as_pairs(numpy.asarray(found))
+    assert pairs == as_pairs(as_numpy)
+    return pairs
 
 
 def test_torch_layouts() -> None:

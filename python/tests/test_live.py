@@ -88,8 +88,8 @@ def test_calls() -> None:
     live.shift_origin((0, 0, 1000))
     assert live.find_overlaps(boxes[:10]).shape == (0, 2)
     assert ids_of(snapshot.pairs) == set(wanted)
-    asked = snapshot.find_overlaps(boxes[:10])
-    assert [tuple(pair) for pair in asked.tolist()] == brute_force(boxes[:10], boxes)
+    overlaps = snapshot.find_overlaps(boxes[:10])
+    assert [tuple(pair) for pair in overlaps.tolist()] == brute_force(boxes[:10], boxes)
     live.remove(ids[5:9])
     assert len(live) == 2996 and live.is_alive(4) and not live.is_alive(5)
 
@@ -169,8 +169,8 @@ def test_a_copy_keeps_its_options() -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends itself a signal")
-@pytest.mark.parametrize("ask", [False, True])
-def test_ctrl_c(ask: bool) -> None:
+@pytest.mark.parametrize("query", [False, True])
+def test_ctrl_c(query: bool) -> None:
     # All boxes overlap, and the filters exclude all pairs.
     live = throng.BroadPhase()
     everywhere = numpy.zeros((40000, 6), numpy.float32)
@@ -182,7 +182,7 @@ def test_ctrl_c(ask: bool) -> None:
     with ctrl_c():
         deadline = time.monotonic() + LONGEST
         while time.monotonic() < deadline:
-            if ask:
+            if query:
                 live.find_hits(many, by, static=numpy.ones(1500000, bool))
             else:
                 live.move(numpy.arange(40000), everywhere)

@@ -13,11 +13,11 @@ namespace throng {
 // For boxes in host memory one thread gathers 24 bytes per box and scatters the pairs. Measured on
 // an H200 with 16 CPU cores (bench/results/h200/host-arrays-2026-11-27.csv): faster than four
 // threads from 50,000 boxes on, than six up to 500,000. The threshold is higher, since a smaller
-// GPU breaks even later, and initialising a GPU costs as much as some hundred frames save.
+// GPU breaks even later, and initializing a GPU costs as much as some hundred frames save.
 constexpr std::size_t min_gpu_boxes = 200000;
 constexpr unsigned max_cpu_threads = 4;
 
-// The choice of one Finder. The first large call never takes a GPU: initialising it costs more than
+// The choice of one Finder. The first large call never takes a GPU: initializing it costs more than
 // a search.
 class BackendChooser {
  public:
@@ -28,7 +28,7 @@ class BackendChooser {
         options.isa != Isa::automatic || boxes < min_gpu_boxes || reason_) {
       return false;
     }
-    return grid::threads_of(options) <= max_cpu_threads && std::exchange(saw_large_call_, true);
+    return base::threads_of(options) <= max_cpu_threads && std::exchange(saw_large_call_, true);
   }
 
   // Whether the CPU repeats this call; from then on this Finder stays on the CPU.

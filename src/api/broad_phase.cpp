@@ -124,15 +124,15 @@ Result BroadPhase::add(const Boxes& boxes, ObjectId* ids) noexcept {
     log.begin(Operation::add, 1);
     log.boxes(boxes);
     objects.reserve_more(boxes.size());
-    std::uint64_t told = 0;
+    std::uint64_t checksum = 0;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       Filter filter;
       load_filter(filter, boxes.filters, i);
       const ObjectId id = objects.add(boxes[i], filter);
       if (ids) ids[i] = id;
-      if (log) told = capture::chain(told, id);
+      if (log) checksum = capture::chain(checksum, id);
     }
-    log.set_checksum(told);
+    log.set_checksum(checksum);
     r.found = objects.count();
   });
 }

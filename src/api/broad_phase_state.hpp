@@ -52,7 +52,7 @@ struct BroadPhaseAccess {
   template <class F>
   static Result call(BroadPhase& it, F&& body,
                      const char* if_no_memory = "free some, or keep fewer objects") noexcept {
-    const grid::FloatState float_state;
+    const base::FloatState float_state;
     Result r;
     if (!prepare(it, "BroadPhase", r)) return r;
     BroadPhase::State& state = *it.state_;
@@ -76,7 +76,7 @@ struct BroadPhaseAccess {
   // null if there are no objects.
   template <class F>
   static Result run_query(BroadPhaseQuery& it, const BroadPhase& objects, F&& body) noexcept {
-    const grid::FloatState float_state;
+    const base::FloatState float_state;
     Result r;
     if (!prepare(it, "BroadPhaseQuery", r)) return r;
     BroadPhaseQuery::State& state = *it.state_;
@@ -153,7 +153,7 @@ struct BroadPhaseAccess {
   static void attempt(Result& r, const char* if_no_memory, F&& body) noexcept {
     try {
       body();
-    } catch (const grid::AllocationFailed& failure) {
+    } catch (const base::AllocationFailed& failure) {
       explain_failure(r, {Status::out_of_memory, failure.bytes}, if_no_memory);
     }
     if (!r.ok()) explain(r, false, false, if_no_memory);

@@ -77,7 +77,7 @@ class CallerMemory final : public std::pmr::memory_resource {
 
 // The caller's options in the layout of this build. A shorter struct comes from an older caller:
 // missing fields get their defaults. A longer one comes from a newer caller: unknown fields are
-// dropped. Shorter than struct_bytes itself: not initialised.
+// dropped. Shorter than struct_bytes itself: not initialized.
 inline throng_options complete_options(const throng_options* options) noexcept {
   throng_options given{};
   given.struct_bytes = sizeof given;

@@ -193,7 +193,7 @@ void give_advice(Explanation& e, const Options& options) {
            "ones helps",
            e.tests_per_box);
   }
-  const unsigned offered = grid::executor_of(options).concurrency;
+  const unsigned offered = base::executor_of(options).concurrency;
   if (r.plan.threads == 1 && offered > 1 && e.boxes >= 10000) {
     advise(e, "one thread of %u was used: Options::threads = 0 takes all", offered);
   }
@@ -230,7 +230,7 @@ Explanation make_explanation(const Boxes& a, const Boxes* b, const Options& opti
   if (e.boxes > 0) e.tests_per_box = tests / static_cast<double>(e.boxes);
 
   std::vector<Explanation::SizeClass> classes(280);
-  const base::GridPlan* const plan = engine.single_grid_plan();
+  const grid::GridPlan* const plan = engine.single_grid_plan();
   if (plan) {
     Occupancy cells(plan->map);
     add_boxes(a, false, options.margin, &cells, e, classes);

@@ -107,7 +107,7 @@ std::vector<Pair> find_pairs(const DoubleBoxes& a, const DoubleBoxes& b, const O
 }
 
 Box round_outward(const double lower[3], const double upper[3]) noexcept {
-  const grid::FloatState float_state;
+  const base::FloatState float_state;
   const auto down = [](double x) {
     const float f = static_cast<float>(x);
     return static_cast<double>(f) > x ? base::next_down(f) : f;
@@ -129,12 +129,12 @@ Box from_center(const Vec3& c, const Vec3& h) noexcept {
 }  // namespace
 
 Box box_from_center(const Vec3& center, const Vec3& half_size) noexcept {
-  const grid::FloatState float_state;
+  const base::FloatState float_state;
   return from_center(center, half_size);
 }
 
 std::vector<Box> boxes_from_center(const Vec3* centers, const Vec3* half_sizes, std::size_t count) {
-  const grid::FloatState float_state;
+  const base::FloatState float_state;
   std::vector<Box> boxes(count);
   for (std::size_t i = 0; i < count; ++i) boxes[i] = from_center(centers[i], half_sizes[i]);
   return boxes;

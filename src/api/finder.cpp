@@ -27,7 +27,7 @@ struct Finder::State {
   explicit State(std::pmr::memory_resource* memory) noexcept
       : resource(memory),
         cpu(memory, sizeof(State)),
-        emulated(memory, device::HostDevice::Run{grid::run_tasks}) {}
+        emulated(memory, device::HostDevice::Run{base::run_tasks}) {}
 
   std::size_t held() noexcept {
     return cpu.memory().held() + emulated.held() + (gpu ? gpu->held() : 0);
@@ -91,8 +91,8 @@ struct Finder::State {
                      const Consumer* consumer, Result& r) {
     r.plan.backend = Backend::emulated;
     r.plan.isa = Isa::scalar;
-    r.plan.threads = grid::threads_of(options);
-    emulated.device().begin(grid::executor_of(options), r.plan.threads, options.stop);
+    r.plan.threads = base::threads_of(options);
+    emulated.device().begin(base::executor_of(options), r.plan.threads, options.stop);
     cpu.memory().set_cap(0);  // the pairs may be stored there; the pipeline enforces the cap
     try {
       run_unless_stopped(
@@ -144,7 +144,7 @@ struct Finder::State {
 template <class AnyBoxes>
 Result FinderAccess::run(Finder& finder, const AnyBoxes& a, const AnyBoxes* b, base::Output* output,
                          const Consumer* consumer) {
-  const grid::FloatState float_state;
+  const base::FloatState float_state;
   Result r;
   finder.pairs_ = {};
   if (!valid(a, b, finder.options_, r)) return r;
@@ -208,7 +208,7 @@ Result FinderAccess::search(Finder& finder, const AnyBoxes& a, const AnyBoxes* b
   Result r;
   if (!finder.state_) {
     std::pmr::memory_resource* memory = finder.options_.memory;
-    if (!memory) memory = grid::large_blocks();
+    if (!memory) memory = base::large_blocks();
     const std::size_t cap = consumer ? finder.options_.memory_cap_bytes : 0;
     if (cap != 0 && cap < sizeof(Finder::State)) {
       // The cap is smaller than the state itself. The backend, called with no byte to spare,
@@ -223,7 +223,7 @@ Result FinderAccess::search(Finder& finder, const AnyBoxes& a, const AnyBoxes* b
     if (!block) return r;
     finder.state_ = new (block) Finder::State(memory);
   }
-  const grid::Buffer<Pair>& pairs = finder.state_->cpu.pairs();
+  const base::Buffer<Pair>& pairs = finder.state_->cpu.pairs();
   base::Output own{pairs.data(), pairs.capacity(), grow_pairs, &finder};
   if (!output && !consumer) output = &own;
   r = finder.state_->find(a, b, finder.options_, output, consumer);

@@ -134,7 +134,7 @@ bool make_job(const Bodies& bodies, Box* out, const UpdateOptions& options,
 Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options,
                     std::size_t stride_bytes) noexcept {
   THRONG_RANGE("update boxes");
-  const grid::FloatState float_state;
+  const base::FloatState float_state;
   const auto start = std::chrono::steady_clock::now();
   Result r;
   r.plan.reason = "one pass over the bodies";
@@ -146,11 +146,11 @@ Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options
 
   const std::size_t n = bodies.size();
   r.plan.isa = kernels->isa;
-  r.plan.threads = n < threads_pay_from ? 1 : grid::threads_of(options);
-  grid::Cancellation stop(options.stop);
+  r.plan.threads = n < threads_pay_from ? 1 : base::threads_of(options);
+  base::Cancellation stop(options.stop);
   if (n != 0) {
-    const grid::BodyReport report =
-        grid::update_boxes(job, n, kernels->isa, grid::executor_of(options), r.plan.threads, stop);
+    const bodies::BodyReport report = bodies::update_boxes(
+        job, n, kernels->isa, base::executor_of(options), r.plan.threads, stop);
     r.first_invalid = report.first_invalid;
     r.invalid_count = report.invalid_count;
   }

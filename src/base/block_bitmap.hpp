@@ -1,6 +1,6 @@
 // Conservative occupancy bits for blocks of 8, 64, 512 and 4,096 cells along each axis. A block is
-// marked when a box has its owner cell in it. Hashing maps a block to a bit, so several blocks may
-// share one, and removing a box clears nothing: false positives occur, false negatives never.
+// marked when a box has its storage cell in it. Hashing maps a block to a bit, so several blocks
+// may share one, and removing a box clears nothing: false positives occur, false negatives never.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class BlockBitmap {
   BlockBitmap(std::uint32_t* words, std::size_t count) noexcept
       : words_(words), hash_shift_(64 - 5 - std::countr_zero(count)) {}
 
-  // Calls put(word, bits) for each bit to set for a box of this class with this owner cell.
+  // Calls put(word, bits) for each bit to set for a box of this class with this storage cell.
   template <class Put>
   THRONG_HD void add(const std::int32_t* cell, std::uint32_t size_class,
                      const Put& put) const noexcept {
@@ -38,7 +38,7 @@ class BlockBitmap {
       put(words_ + bit / 32, 1u << bit % 32);
     }
   }
-  // Whether one of the cells `lower` .. `upper` may be an owner cell, by the blocks of `level`.
+  // Whether one of the cells `lower` .. `upper` may be a storage cell, by the blocks of `level`.
   // Returns true without a test when the range covers more than `max_tested_blocks` blocks.
   THRONG_HD bool may_contain(const std::int32_t* lower, const std::int32_t* upper,
                              std::uint32_t size_class, int level) const noexcept {

@@ -4,7 +4,7 @@
 
 #include <atomic>
 
-namespace throng::grid {
+namespace throng::base {
 
 class Cancellation {
  public:
@@ -23,4 +23,4 @@ class Cancellation {
   std::atomic<bool> seen_{false};
 };
 
-}  // namespace throng::grid
+}  // namespace throng::base

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace throng::grid {
+namespace throng::base {
 
 struct CompressTable {
   std::uint8_t lanes[256][8] = {};  // positions of the set bits in order, then zeros
@@ -18,4 +18,4 @@ struct CompressTable {
 };
 inline constexpr CompressTable compress_table;
 
-}  // namespace throng::grid
+}  // namespace throng::base

@@ -9,7 +9,7 @@
 #include <cfenv>
 #endif
 
-namespace throng::grid {
+namespace throng::base {
 
 // RAII: sets the state and restores the caller's. One on every working thread.
 class FloatState {
@@ -45,4 +45,4 @@ class FloatState {
   FloatState& operator=(const FloatState&) = delete;
 };
 
-}  // namespace throng::grid
+}  // namespace throng::base

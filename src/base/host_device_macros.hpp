@@ -14,10 +14,10 @@
 #define THRONG_OUTLINE
 #endif
 
-// Before a loop: unrolls `turns` iterations on a device, so that their loads overlap.
+// Before a loop: unrolls `count` iterations on a device, so that their loads overlap.
 #if defined(__CUDA_ARCH__)
 #define THRONG_PRAGMA(text) _Pragma(#text)
-#define THRONG_UNROLL(turns) THRONG_PRAGMA(unroll turns)
+#define THRONG_UNROLL(count) THRONG_PRAGMA(unroll count)
 #else
-#define THRONG_UNROLL(turns)
+#define THRONG_UNROLL(count)
 #endif

@@ -64,9 +64,13 @@ void want_large_pages([[maybe_unused]] void* block, [[maybe_unused]] std::size_t
 #endif
 }
 
-std::pmr::memory_resource* grid::large_blocks() noexcept {
+}  // namespace throng
+
+namespace throng::base {
+
+std::pmr::memory_resource* large_blocks() noexcept {
   static LargeBlocks resource;
   return &resource;
 }
 
-}  // namespace throng
+}  // namespace throng::base

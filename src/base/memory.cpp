@@ -2,7 +2,7 @@
 
 #include <new>
 
-namespace throng::grid {
+namespace throng::base {
 
 void* Memory::take(std::size_t bytes, std::size_t alignment) {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -28,4 +28,4 @@ void Memory::give(void* p, std::size_t bytes, std::size_t alignment) noexcept {
   held_ -= bytes;
 }
 
-}  // namespace throng::grid
+}  // namespace throng::base

@@ -9,7 +9,7 @@
 #include <new>
 #include <utility>
 
-namespace throng::grid {
+namespace throng::base {
 
 // Thrown inside the library only; the API layer turns them into a Status.
 struct AllocationFailed {
@@ -19,7 +19,7 @@ struct CapExceeded {
   std::size_t bytes_needed;  // the cap that would have let this request through
 };
 
-// Counts what is held and serialises calls to the upstream resource, which need not be thread-safe.
+// Counts what is held and serializes calls to the upstream resource, which need not be thread-safe.
 // An upstream that returns null instead of throwing is treated as out of memory.
 class Memory {
  public:
@@ -119,4 +119,4 @@ class Buffer {
   std::size_t capacity_ = 0;
 };
 
-}  // namespace throng::grid
+}  // namespace throng::base

@@ -9,7 +9,7 @@
 #include "base/bounds.hpp"
 #include "base/sse2.hpp"
 
-namespace throng::grid {
+namespace throng::base {
 
 namespace packed {
 #if defined(THRONG_SSE2)
@@ -34,22 +34,22 @@ inline Box box(const char* at) noexcept {
 #endif
 }  // namespace packed
 
-// As base::overlaps().
+// As overlaps().
 inline bool overlap_in_memory(const char* a, const char* b) noexcept {
 #if defined(THRONG_SSE2)
   return packed::all_three(_mm_and_ps(_mm_cmple_ps(packed::floats(a), packed::upper(b)),
                                       _mm_cmple_ps(packed::floats(b), packed::upper(a))));
 #else
-  return base::overlaps(packed::box(a), packed::box(b));
+  return overlaps(packed::box(a), packed::box(b));
 #endif
 }
 
-// As base::is_active().
+// As is_active().
 inline bool active_in_memory(const char* box) noexcept {
 #if defined(THRONG_SSE2)
   return packed::all_three(_mm_cmple_ps(packed::floats(box), packed::upper(box)));
 #else
-  return base::is_active(packed::box(box));
+  return is_active(packed::box(box));
 #endif
 }
 
@@ -74,9 +74,9 @@ inline bool nan_in_memory(const char* boxes, std::size_t count, std::size_t stri
 #else
   bool any = false;
   for (const char* box = boxes; count != 0; --count, box += stride)
-    any |= base::has_nan(packed::box(box));
+    any |= has_nan(packed::box(box));
   return any;
 #endif
 }
 
-}  // namespace throng::grid
+}  // namespace throng::base

@@ -7,7 +7,7 @@
 #include <emmintrin.h>
 #endif
 
-namespace throng::grid {
+namespace throng::base {
 namespace {
 
 // Back-off: spins, yields, then sleeps. Most waits are short; a long one should give up
@@ -41,15 +41,15 @@ void ParallelRegion::Phase::work() noexcept {
 
 void ParallelRegion::run_phase(void* self, unsigned count, void (*task)(void*, unsigned),
                                void* context) {
-  ParallelRegion& team = *static_cast<ParallelRegion*>(self);
+  ParallelRegion& region = *static_cast<ParallelRegion*>(self);
   Phase phase{count, task, context};
-  team.phase_ = &phase;
-  team.phase_count_.fetch_add(1, std::memory_order_release);
+  region.phase_ = &phase;
+  region.phase_count_.fetch_add(1, std::memory_order_release);
   phase.work();
   // An exchange, as QEMU 7.2 on x86 lets an ARM load pass a plain store, though neither C++ nor ARM
   // does.
-  team.phase_.exchange(nullptr);
-  for (Backoff wait; team.helpers_inside_ != 0;) wait();
+  region.phase_.exchange(nullptr);
+  for (Backoff wait; region.helpers_inside_ != 0;) wait();
 }
 
 void ParallelRegion::help() noexcept {
@@ -69,4 +69,4 @@ void ParallelRegion::help() noexcept {
   }
 }
 
-}  // namespace throng::grid
+}  // namespace throng::base

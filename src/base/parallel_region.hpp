@@ -10,7 +10,7 @@
 
 #include "base/threads.hpp"
 
-namespace throng::grid {
+namespace throng::base {
 
 class ParallelRegion {
  public:
@@ -19,16 +19,16 @@ class ParallelRegion {
   template <class F>
   static void run(const Executor& outer, unsigned tasks, const F& body) {
     if (tasks <= 1) return body(outer);
-    ParallelRegion team(outer);
+    ParallelRegion region(outer);
     std::exception_ptr thrown;
     auto task = [&](unsigned) {
-      if (team.started_.exchange(true, std::memory_order_relaxed)) return team.help();
+      if (region.started_.exchange(true, std::memory_order_relaxed)) return region.help();
       try {
-        body(team.executor_);
+        body(region.executor_);
       } catch (...) {
         thrown = std::current_exception();
       }
-      team.phase_count_.store(over, std::memory_order_release);
+      region.phase_count_.store(over, std::memory_order_release);
     };
     run_tasks(outer, tasks, task);
     if (thrown) std::rethrow_exception(thrown);
@@ -61,4 +61,4 @@ class ParallelRegion {
   alignas(64) std::atomic<unsigned> helpers_inside_{0};
 };
 
-}  // namespace throng::grid
+}  // namespace throng::base

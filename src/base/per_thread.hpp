@@ -4,7 +4,7 @@
 #include "base/memory.hpp"
 #include "base/threads.hpp"
 
-namespace throng::grid {
+namespace throng::base {
 
 template <class T>
 class PerThread {
@@ -53,4 +53,4 @@ void run_tasks_or_throw(const Executor& executor, unsigned tasks, const F& body)
   if (failed != 0) throw AllocationFailed{failed};
 }
 
-}  // namespace throng::grid
+}  // namespace throng::base

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-namespace throng::grid {
+namespace throng::base {
 
 // Prefetch distance for reading pairs in sequence.
 constexpr std::size_t pairs_ahead = 256;
@@ -43,4 +43,4 @@ inline void prefetch_l1([[maybe_unused]] const void* address) noexcept {
 #endif
 }
 
-}  // namespace throng::grid
+}  // namespace throng::base

@@ -10,19 +10,19 @@
 // belongs to the first class in whose grid it spans at most two cells on every axis,
 //   c(upper) <= c(lower) + 1;
 // the last class has one cell, so every box, infinite ones included, belongs to a class. The box is
-// stored in one cell of its class, that of its lower corner: its owner cell.
+// stored in one cell of its class, that of its lower corner: its storage cell.
 //
 // Let box a, of any class, search the boxes of class c, and let b of class c overlap a. On every
 // axis a.lower <= b.upper and b.lower <= a.upper, therefore
 //   c(a.lower) <= c(b.upper) <= c(b.lower) + 1   and   c(b.lower) <= c(a.upper):
-// the owner cell of b lies in c(a.lower) - 1 .. c(a.upper). a searches exactly these cells, so no
+// the storage cell of b lies in c(a.lower) - 1 .. c(a.upper). a searches exactly these cells, so no
 // pair is lost. Nothing is widened and no rounding is estimated: the proof uses only monotonicity
 // and integers. The choice of map, cells and classes affects speed alone.
 //
 // Each pair is reported once. Of two boxes in different classes, the box of the earlier class
-// searches for the other. Within one class, the box whose owner cell comes first in the order z, y,
-// x searches; within one cell, the box stored first. A box visits each cell once, and a cell holds
-// a box once.
+// searches for the other. Within one class, the box whose storage cell comes first in the order z,
+// y, x searches; within one cell, the box stored first. A box visits each cell once, and a cell
+// holds a box once.
 #pragma once
 
 #include <cstdint>

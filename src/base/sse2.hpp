@@ -6,7 +6,7 @@
 #define THRONG_SSE2 1
 #endif
 
-namespace throng::grid {
+namespace throng::base {
 
 // Makes streaming stores visible before any later store.
 inline void fence_streaming_stores() noexcept {
@@ -15,4 +15,4 @@ inline void fence_streaming_stores() noexcept {
 #endif
 }
 
-}  // namespace throng::grid
+}  // namespace throng::base

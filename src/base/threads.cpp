@@ -13,7 +13,7 @@
 #include <vector>
 #endif
 
-namespace throng::grid {
+namespace throng::base {
 namespace {
 
 #if defined(THRONG_THREADS_TBB)
@@ -89,4 +89,4 @@ void run_tasks(const Executor& executor, unsigned count, void (*body)(void*, uns
       &task);
 }
 
-}  // namespace throng::grid
+}  // namespace throng::base

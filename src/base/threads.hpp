@@ -8,7 +8,7 @@
 
 #include <throng/options.hpp>
 
-namespace throng::grid {
+namespace throng::base {
 
 // oneTBB, or std::thread if the build says so. Starts nothing before its first use.
 const Executor& default_executor() noexcept;
@@ -136,4 +136,4 @@ class ChunkQueue {
   StealingRanges ranges_;
 };
 
-}  // namespace throng::grid
+}  // namespace throng::base

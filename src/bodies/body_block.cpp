@@ -21,7 +21,7 @@
 #include "bodies/body_boxes.hpp"
 
 HWY_BEFORE_NAMESPACE();
-namespace throng::grid::HWY_NAMESPACE {
+namespace throng::bodies::HWY_NAMESPACE {
 
 // All callees must be inlined, or they would not be compiled for this instruction set.
 template <bool rotated, bool displaced>
@@ -64,11 +64,11 @@ inline BlockKernel choose(bool rotated, bool displaced) {
                      : &bound_block<false, false>;
 }
 
-}  // namespace throng::grid::HWY_NAMESPACE
+}  // namespace throng::bodies::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace throng::grid {
+namespace throng::bodies {
 
 // The scalar one and any that was not built use the baseline.
 BlockKernel find_block_kernel(Isa isa, bool rotated, bool displaced) noexcept {
@@ -87,5 +87,5 @@ BlockKernel find_block_kernel(Isa isa, bool rotated, bool displaced) noexcept {
   return HWY_NAMESPACE::choose(rotated, displaced);
 }
 
-}  // namespace throng::grid
+}  // namespace throng::bodies
 #endif

@@ -4,7 +4,7 @@
 
 #include "base/threads.hpp"
 
-namespace throng::grid {
+namespace throng::bodies {
 namespace {
 
 // Bodies per chunk: large enough to make taking one free, small enough that a cluster of convex
@@ -115,12 +115,13 @@ static_assert(chunk % BodyBlock::size == 0);
 }  // namespace
 
 BodyReport update_boxes(const base::UpdateBoxes& job, std::size_t count, Isa isa,
-                        const Executor& executor, unsigned tasks, Cancellation& stop) noexcept {
+                        const Executor& executor, unsigned tasks,
+                        base::Cancellation& stop) noexcept {
   const BlockKernel place = find_block_kernel(isa, job.rotation.data, job.displacement.data);
   const BlockKernel unrotated = find_block_kernel(isa, false, job.displacement.data);
   const std::size_t chunks = count / chunk + (count % chunk != 0);
   tasks = static_cast<unsigned>(std::min<std::size_t>(std::max(tasks, 1u), chunks));
-  AtomicCounter turns(chunks);
+  base::AtomicCounter turns(chunks);
   std::atomic<std::uint64_t> first{count}, invalid{0};
   auto body = [&](unsigned) {
     Task task(job, place, unrotated);
@@ -138,12 +139,12 @@ BodyReport update_boxes(const base::UpdateBoxes& job, std::size_t count, Isa isa
     }
   };
   try {
-    run_tasks(executor, tasks, body);
+    base::run_tasks(executor, tasks, body);
   } catch (...) {
     // The executor failed to start the tasks: the caller processes the rest.
-    run_tasks(executor, 1, body);
+    base::run_tasks(executor, 1, body);
   }
   return {invalid ? first.load() : 0, invalid};
 }
 
-}  // namespace throng::grid
+}  // namespace throng::bodies

@@ -9,7 +9,7 @@
 #include "base/cancellation.hpp"
 #include "base/update_boxes.hpp"
 
-namespace throng::grid {
+namespace throng::bodies {
 
 struct BodyReport {
   std::uint64_t first_invalid = 0, invalid_count = 0;
@@ -19,7 +19,8 @@ struct BodyReport {
 // that of base::UpdateBoxes, so every instruction set gives the same bits, and an unavailable one
 // falls back to another. Once `stop` is true some boxes stay unwritten.
 BodyReport update_boxes(const base::UpdateBoxes& job, std::size_t count, Isa isa,
-                        const Executor& executor, unsigned tasks, Cancellation& stop) noexcept;
+                        const Executor& executor, unsigned tasks,
+                        base::Cancellation& stop) noexcept;
 
 // A block of bodies with box shapes, one array per coordinate.
 struct BodyBlock {
@@ -36,4 +37,4 @@ struct BodyBlock {
 using BlockKernel = void (*)(BodyBlock&, float margin);
 BlockKernel find_block_kernel(Isa, bool rotated, bool displaced) noexcept;
 
-}  // namespace throng::grid
+}  // namespace throng::bodies

@@ -36,8 +36,8 @@ inline int device_of(cudaStream_t stream) {
   int device = 0;
   cudaStreamCaptureStatus recording = cudaStreamCaptureStatusNone;
   if (stream) check(cudaStreamIsCapturing(stream, &recording));
-  const bool asked = stream && recording == cudaStreamCaptureStatusNone;
-  check(asked ? cudaStreamGetDevice(stream, &device) : cudaGetDevice(&device));
+  const bool is_queryable = stream && recording == cudaStreamCaptureStatusNone;
+  check(is_queryable ? cudaStreamGetDevice(stream, &device) : cudaGetDevice(&device));
   return device;
 }
 

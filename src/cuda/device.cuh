@@ -150,11 +150,11 @@ class Device {
     check(cub::DeviceRadixSort::SortPairs(nullptr, bytes, none, none, count));
     return bytes;
   }
-  // The arrays have a second half of `scratch` entries each; both halves may be overwritten.
-  device::SortedCells sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t scratch,
+  // Each array has two halves of `capacity` entries; both may be overwritten.
+  device::SortedCells sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t capacity,
                                  std::size_t count, int begin, int end) const {
-    cub::DoubleBuffer<std::uint32_t> of_keys(keys, keys + scratch),
-        of_values(values, values + scratch);
+    cub::DoubleBuffer<std::uint32_t> of_keys(keys, keys + capacity),
+        of_values(values, values + capacity);
     std::size_t bytes = scratch_bytes_;
     check(cub::DeviceRadixSort::SortPairs(scratch_, bytes, of_keys, of_values, count, begin, end,
                                           stream_));

@@ -42,18 +42,18 @@ struct AcceptAll {
 // Output buffer of one warp: collects hits in shared memory and writes some hundred with one atomic
 // addition. Applies `Check` to the hits before writing.
 template <class Check = AcceptAll>
-class WarpStage {
+class WarpOutputBuffer {
  public:
   static constexpr unsigned max_held = 128;
 
-  __device__ WarpStage(Pair* stage, const device::PairSink& sink, unsigned lane,
-                       const Check& check = {})
-      : stage_(shared_address(stage)), below_((1u << lane) - 1), sink_(sink), check_(check) {}
+  __device__ WarpOutputBuffer(Pair* pairs, const device::PairSink& sink, unsigned lane,
+                              const Check& check = {})
+      : pairs_(shared_address(pairs)), below_((1u << lane) - 1), sink_(sink), check_(check) {}
 
   // Called by all lanes; `hit`: whether this lane has a pair.
   __device__ void add(bool hit, const Pair& pair) {
     const unsigned hits = __ballot_sync(~0u, hit);
-    if (hit) store_shared(stage_ + 8 * (held_ + __popc(hits & below_)), pair.first, pair.second);
+    if (hit) store_shared(pairs_ + 8 * (held_ + __popc(hits & below_)), pair.first, pair.second);
     held_ += __popc(hits);
     if (held_ > max_held - 32) flush();
   }
@@ -70,7 +70,7 @@ class WarpStage {
   __device__ void write(unsigned long long at) {
     __syncwarp();
     for (unsigned k = lane(); k < held_; k += 32) {
-      const uint2 pair = load_shared(stage_ + 8 * k);
+      const uint2 pair = load_shared(pairs_ + 8 * k);
       if (at + k < sink_.capacity) sink_.out[at + k] = {pair.x, pair.y};
     }
     __syncwarp();
@@ -83,11 +83,11 @@ class WarpStage {
     unsigned kept = 0;
     for (unsigned k = 0; k < held_; k += 32) {
       const bool some = k + lane() < held_;
-      const uint2 pair = load_shared(stage_ + 8 * (some ? k + lane() : k));
+      const uint2 pair = load_shared(pairs_ + 8 * (some ? k + lane() : k));
       const bool hit = some && check_(pair.x, pair.y);
       const unsigned hits = __ballot_sync(~0u, hit);
       __syncwarp();  // all lanes have read
-      if (hit) store_shared(stage_ + 8 * (kept + __popc(hits & below_)), pair.x, pair.y);
+      if (hit) store_shared(pairs_ + 8 * (kept + __popc(hits & below_)), pair.x, pair.y);
       kept += __popc(hits);
     }
     held_ = kept;
@@ -98,7 +98,7 @@ class WarpStage {
  private:
   __device__ unsigned lane() const { return __popc(below_); }
 
-  std::uint32_t stage_;
+  std::uint32_t pairs_;
   unsigned below_, held_ = 0;  // below: a bit for each lane before this one
   const device::PairSink& sink_;
   Check check_;
@@ -106,15 +106,16 @@ class WarpStage {
 
 // Writes the remaining hits and the comparisons of all warps of a block with one atomic addition.
 // Many warps end at once and would contend for that one address. Called by all threads of a block.
-template <class Stage>
-__device__ void finish(Stage& stage, std::uint64_t comparisons, const device::PairSink& sink) {
+template <class OutputBuffer>
+__device__ void finish(OutputBuffer& output, std::uint64_t comparisons,
+                       const device::PairSink& sink) {
   constexpr unsigned warps = block_threads / 32;
   __shared__ unsigned long long held[warps], compared[warps];
   const unsigned warp = threadIdx.x / 32;
   for (int half = 16; half > 0; half /= 2) comparisons += __shfl_down_sync(~0u, comparisons, half);
-  stage.apply_check();
+  output.apply_check();
   if (threadIdx.x % 32 == 0) {
-    held[warp] = stage.held();
+    held[warp] = output.held();
     compared[warp] = comparisons;
   }
   __syncthreads();
@@ -133,7 +134,7 @@ __device__ void finish(Stage& stage, std::uint64_t comparisons, const device::Pa
     }
   }
   __syncthreads();
-  stage.write(held[warp]);
+  output.write(held[warp]);
 }
 
 // One walk per lane, for searches of nearly equal work: indices from `begin` to `end`. Grid-stride
@@ -141,9 +142,9 @@ __device__ void finish(Stage& stage, std::uint64_t comparisons, const device::Pa
 template <class Search>
 __global__ void __launch_bounds__(block_threads)
     run_walks(Search search, device::PairSink sink, std::uint64_t begin, std::uint64_t end) {
-  __shared__ Pair stages[block_threads / 32][WarpStage<>::max_held];
+  __shared__ Pair outputs[block_threads / 32][WarpOutputBuffer<>::max_held];
   const unsigned lane = threadIdx.x % 32;
-  WarpStage<> stage(stages[threadIdx.x / 32], sink, lane);
+  WarpOutputBuffer<> output(outputs[threadIdx.x / 32], sink, lane);
   const std::uint64_t all = search.count(), count = all < end ? all : end;
   const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
   std::uint64_t comparisons = 0;
@@ -161,11 +162,11 @@ __global__ void __launch_bounds__(block_threads)
         hit = walk.step(pair);
         active = !walk.over();
       }
-      stage.add(hit, pair);
+      output.add(hit, pair);
     }
     if (i < count) comparisons += walk.comparisons();
   }
-  finish(stage, comparisons, sink);
+  finish(output, comparisons, sink);
 }
 
 // A warp's shared memory: its boxes, as halves of records, and candidates of all of them. A
@@ -198,7 +199,7 @@ __device__ void store_candidates(std::uint32_t to, unsigned some, std::uint32_t 
 template <bool mixed, class Search>
 __device__ void search_grid_rows(const Search& search, const base::SizeClassGrid& cells,
                                  const std::uint8_t* targets, unsigned target_count,
-                                 WarpCandidates& kept, WarpStage<>& stage,
+                                 WarpCandidates& kept, WarpOutputBuffer<>& output,
                                  std::uint64_t& comparisons) {
   constexpr int row_bits = Search::row_bits + 1;  // a row, or all of them; the rest is a lane
   static_assert(row_bits + 5 <= 32);
@@ -268,7 +269,7 @@ __device__ void search_grid_rows(const Search& search, const base::SizeClassGrid
             active & base::overlaps({{low.x, low.y, low.z}, {high.x, high.y, high.z}}, c.box());
         if constexpr (mixed || !Search::is_plain)
           hit = hit && search.template allows<mixed>(cells, id, c, target, item.y & row_mask);
-        stage.add(hit, search.pair(id, c));
+        output.add(hit, search.pair(id, c));
       }
       if (own_candidates) at += some;
       __syncwarp();
@@ -281,7 +282,7 @@ template <class Search>
 __global__ void __launch_bounds__(block_threads, 4)
     run_grid_search(Search search, device::PairSink sink) {
   constexpr unsigned warps = block_threads / 32;
-  __shared__ Pair stages[warps][WarpStage<>::max_held];
+  __shared__ Pair outputs[warps][WarpOutputBuffer<>::max_held];
   __shared__ WarpCandidates kept[warps];
   __shared__ base::SizeClassGrid cells;
   __shared__ std::uint8_t targets[Search::max_targets];
@@ -304,13 +305,13 @@ __global__ void __launch_bounds__(block_threads, 4)
   }
   if (none) return;
   __syncthreads();
-  WarpStage<> stage(stages[warp], sink, lane);
+  WarpOutputBuffer<> output(outputs[warp], sink, lane);
   std::uint64_t comparisons = 0;
   if (cells.hashed || !Search::is_plain)
-    search_grid_rows<true>(search, cells, targets, target_count, kept[warp], stage, comparisons);
+    search_grid_rows<true>(search, cells, targets, target_count, kept[warp], output, comparisons);
   else
-    search_grid_rows<false>(search, cells, targets, target_count, kept[warp], stage, comparisons);
-  finish(stage, comparisons, sink);
+    search_grid_rows<false>(search, cells, targets, target_count, kept[warp], output, comparisons);
+  finish(output, comparisons, sink);
 }
 
 }  // namespace throng::cuda

@@ -75,13 +75,13 @@ template <class Search>
 __global__ void __launch_bounds__(block_threads, 4)
     run_worlds(Search search, device::PairSink sink) {
   constexpr unsigned warps = block_threads / 32;
-  using Stage = WarpStage<WorldsCheck<Search>>;
-  __shared__ Pair stages[warps][Stage::max_held];
+  using OutputBuffer = WarpOutputBuffer<WorldsCheck<Search>>;
+  __shared__ Pair outputs[warps][OutputBuffer::max_held];
   __shared__ uint4 others[warps][16];
   const auto count = static_cast<std::uint32_t>(search.count());
   if (count == 0) return;
   const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
-  Stage stage(stages[warp], sink, lane, {search});
+  OutputBuffer output(outputs[warp], sink, lane, {search});
   std::uint64_t comparisons = 0;
   const std::uint32_t everywhere_count = search.worlds_report->everywhere;
   constexpr std::int32_t none = -2;  // no world has this number
@@ -95,7 +95,7 @@ __global__ void __launch_bounds__(block_threads, 4)
     while (__any_sync(~0u, bits != 0)) {
       const auto k = static_cast<unsigned>(__ffs(static_cast<int>(bits)) - 1);
       const std::uint32_t j = base + ((from + k) & 31);
-      stage.add(bits != 0, {i < j ? i : j, i < j ? j : i});
+      output.add(bits != 0, {i < j ? i : j, i < j ? j : i});
       bits &= bits - 1;
     }
   };
@@ -154,7 +154,7 @@ __global__ void __launch_bounds__(block_threads, 4)
       other = range.quantize(box_of(of_worlds ? j : lane < everywhere_count ? lane : 0));
     }
   }
-  finish(stage, comparisons, sink);
+  finish(output, comparisons, sink);
 }
 
 }  // namespace throng::cuda

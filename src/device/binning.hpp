@@ -44,12 +44,12 @@ THRONG_HD inline void report_bad_world(const Input& in, Report& report, std::uin
   fetch_max(&report.bad_world_mark, ~i);
 }
 
-// Where a box is stored: its owner cell.
-struct OwnerCell {
+// Where a box is stored: its storage cell.
+struct StorageCell {
   std::uint32_t cell, class_index;  // (group, class)
 };
-THRONG_HD inline OwnerCell owner_cell_of(const Input& in, const base::SizeClassGrid& grid,
-                                         std::uint32_t i, const Box& box) noexcept {
+THRONG_HD inline StorageCell storage_cell_of(const Input& in, const base::SizeClassGrid& grid,
+                                             std::uint32_t i, const Box& box) noexcept {
   const base::CellSpan span = base::cells_of(grid, box);
   const std::uint32_t size_class = base::class_of(grid, span);
   const std::uint32_t bits = grid.present ? in.group_bits(i) : 0;
@@ -101,9 +101,9 @@ struct CountBoxes {
       places[i] = {no_cell, 0};
       return report_inactive(*report, i, nan);
     }
-    const OwnerCell owner_cell = owner_cell_of(in, *grid, i, box);
-    places[i] = {owner_cell.cell, fetch_add(counts + owner_cell.cell, 1u)};
-    mark_occupied(in, occupied, owner_cell.class_index, box);
+    const StorageCell storage_cell = storage_cell_of(in, *grid, i, box);
+    places[i] = {storage_cell.cell, fetch_add(counts + storage_cell.cell, 1u)};
+    mark_occupied(in, occupied, storage_cell.class_index, box);
   }
 };
 

@@ -35,7 +35,7 @@ class CandidateFinder {
   }
 
   // Finds the candidates of the few that left their fat boxes into fresh(), sorted: see
-  // live_stray_stages.hpp. Returns false if they are too many or there is no grid. Calls begin()
+  // outlier_stages.hpp. Returns false if they are too many or there is no grid. Calls begin()
   // before fat boxes change.
   template <class Begin>
   bool find_escaped(const ObjectView& objects, UpdateReport* update_report, const Begin& begin,

@@ -66,9 +66,9 @@ struct ComputeCells {
       cells[i] = inactive_cell;
       return report_inactive(*report, i, nan);
     }
-    const OwnerCell owner_cell = owner_cell_of(in, *grid, i, box);
-    cells[i] = owner_cell.cell;
-    mark_occupied(in, occupied, owner_cell.class_index, box);
+    const StorageCell storage_cell = storage_cell_of(in, *grid, i, box);
+    cells[i] = storage_cell.cell;
+    mark_occupied(in, occupied, storage_cell.class_index, box);
   }
 };
 

@@ -10,8 +10,9 @@
 //   staging_bytes, held(), release_host_copy()
 //                                 most and current bytes of staging without host_copy's buffer;
 //                                 frees that buffer
-//   sort_bytes                    scratch of a sort of n pairs
+//   sort_bytes(n)                 scratch of a sort of n pairs
 //   sort(...)                     sorts pairs
+//   times()                       of the stages that were marked
 #pragma once
 
 #include <algorithm>

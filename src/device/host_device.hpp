@@ -22,7 +22,7 @@ namespace throng::device {
 
 class HostDevice {
  public:
-  // Starts tasks: grid::run_tasks, which also sets the floating-point state.
+  // Starts tasks: base::run_tasks, which also sets the floating-point state.
   using Run = void (*)(const Executor&, unsigned count, void (*task)(void*, unsigned),
                        void* context);
 
@@ -103,14 +103,14 @@ class HostDevice {
   static constexpr std::uint32_t sorted_above = 500;
   static std::size_t sort_cells_bytes(std::size_t) noexcept { return 0; }
   // One pass per eight bits, as on a device.
-  SortedCells sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t stride,
+  SortedCells sort_cells(std::uint32_t* keys, std::uint32_t* values, std::size_t capacity,
                          std::size_t count, int begin, int end) const noexcept {
-    for (std::uint32_t* to = keys + stride; begin < end; begin += 8) {
+    for (std::uint32_t* to = keys + capacity; begin < end; begin += 8) {
       const std::uint32_t mask = (1u << std::min(8, end - begin)) - 1;
       std::uint32_t starts[257] = {};
       for (std::size_t i = 0; i < count; ++i) ++starts[(keys[i] >> begin & mask) + 1];
       for (int k = 0; k < 256; ++k) starts[k + 1] += starts[k];
-      std::uint32_t* const values_to = to > keys ? values + stride : values - stride;
+      std::uint32_t* const values_to = to > keys ? values + capacity : values - capacity;
       for (std::size_t i = 0; i < count; ++i) {
         const std::uint32_t at = starts[keys[i] >> begin & mask]++;
         to[at] = keys[i];

@@ -85,8 +85,8 @@ struct ObjectView {
     return (b.lower.x <= a.lower.x) & (a.upper.x <= b.upper.x) & (b.lower.y <= a.lower.y) &
            (a.upper.y <= b.upper.y) & (b.lower.z <= a.lower.z) & (a.upper.z <= b.upper.z);
   }
-  // Whether the candidates contain all possible pairs of this box, and whether the certain pairs
-  // still are pairs: it lies in its fat box and contains its inner box.
+  // Whether the candidates still contain all pairs of this box, and the candidates whose inner
+  // boxes overlap are pairs: the box lies in its fat box and contains its inner box.
   THRONG_HD bool holds(std::uint32_t id, const Box& box) const noexcept {
     if (!base::is_active(box)) return true;
     const Box mine = grown(box), f = load_box(fat + id);

@@ -3,9 +3,12 @@
 // changes nothing.
 //
 // In addition to what pipeline.hpp lists, a Device provides
-//   allocate, release, copy(to, from, bytes), read(value)
-//   gather(bound, look, tiles)           look(i, pair, compared) for each i below look.count() <=
-//                                        bound: the changes, sorted, see live_change_stages.hpp
+//   allocate, release, held(), copy(to, from, bytes), read(value)
+//   sort_bytes(n), sort(...)             as in engine.hpp
+//   scan_bytes(n), scan(values, n)       exclusive sums in place, in the scratch memory of
+//                                        use_scratch(); their scratch size
+//   gather(bound, test, tiles)           test(i, pair, compared) for each i below test.count() <=
+//                                        bound: the changes, sorted, see pair_event_stages.hpp
 //   take(value, bytes)                   reads it and zeroes its first bytes
 //   launch_and_read(count, f, value, t)  launches, reads the value and zeroes it. *t is zero before
 //                                        and after
@@ -51,9 +54,8 @@ class PersistentObjects {
   bool stale() const noexcept { return stale_; }
   // Whether an object became inactive, was removed or became active again since the last update.
   bool activity_changed() const noexcept { return activity_changed_; }
-  bool filters_changed() const noexcept {
-    return filters_changed_;
-  }  // whether filters changed since the last update
+  // Whether filters changed since the last update.
+  bool filters_changed() const noexcept { return filters_changed_; }
   // Changes whenever boxes or filters may have changed.
   std::uint64_t version() const noexcept { return version_; }
   Boxes boxes() const noexcept { return with_filters(array<Box>(box_array)); }
@@ -129,8 +131,9 @@ class PersistentObjects {
   }
   // Whether an object that is alive has a different box; checks nothing else.
   bool differ(const Boxes& boxes, UpdateReport* at) {
-    const FindMoved look{view(), make_set(boxes), &at->checked.moved};
-    return device_.launch_and_read(look.count(), look, at->checked.moved, &at->tickets) != 0;
+    const FindMoved find_moved{view(), make_set(boxes), &at->checked.moved};
+    return device_.launch_and_read(find_moved.count(), find_moved, at->checked.moved,
+                                   &at->tickets) != 0;
   }
 
   void set_filters(const ObjectId* ids, std::size_t n, const Filters& filters, Result& r) {
@@ -218,11 +221,11 @@ class PersistentObjects {
     removed_count_ = 0;
     stale_moved_bits_ = stale_moved_bits_ || moved_;
     moved_ = false;
-    if (stale_) clear_moved_bits();  // a leaving bit must not outlast the update
+    if (stale_) clear_moved_bits();  // an escaped_bit must not outlast the update
     left_ = stale_ = activity_changed_ = filters_changed_ = false;
   }
 
-  // Copies everything of `other`, on the same device. On a Failure nothing changes.
+  // For copy() of `other`, on the same device. On a Failure nothing changes.
   void reserve_for(const PersistentObjects& other) {
     for (int k = 0; k < array_count; ++k)
       if (other.allocated_[k])

@@ -31,7 +31,7 @@ class PersistentPairs {
   // null. report->changed is zero.
   void prepare_retest() {
     changes_.ensure((candidates_.count / 8 + 1024) * sizeof(Pair));
-    make_room_for_tiles(Tiles::of(candidates_.count));
+    reserve_tiles(Tiles::of(candidates_.count));
   }
   void launch_retest(const ObjectView& objects, UpdateReport* report, const CheckReport* checked,
                      bool nan_allowed, bool moved_before, bool activity_changed_before) const {
@@ -49,7 +49,7 @@ class PersistentPairs {
     const bool listed = listed_ && !activity_changed;
     listed_ = false;
     if (changed.count > CandidateFinder<Device>::capacity_of(changes_)) {
-      make_room_for_changes(changed.count);
+      reserve_changes(changed.count);
       device_.clear(&report->changed, sizeof(EventCounts));
       gather_changes(Retest{candidates_.list(), objects, nullptr, true, true}, report);
       changed = device_.read(report->changed);
@@ -68,7 +68,7 @@ class PersistentPairs {
       uncertain_.ensure(bytes);
       finder_.scratch().ensure(bytes);
       uncertain_counts_.ensure(sizeof(EventCounts));
-      make_room_for_tiles(tiles);
+      reserve_tiles(tiles);
     } catch (const Failure&) {
       return;  // the list is optional
     }
@@ -216,7 +216,7 @@ class PersistentPairs {
   }
 
   // Per-tile counts, with one entry more, and places.
-  void make_room_for_tiles(std::uint64_t tiles) {
+  void reserve_tiles(std::uint64_t tiles) {
     const auto sums = static_cast<std::size_t>(2 * tiles + 1);
     tiles_.ensure((sums + static_cast<std::size_t>(tiles)) * sizeof(std::uint32_t));
     scratch_.ensure(Device::scan_bytes(sums));
@@ -241,7 +241,7 @@ class PersistentPairs {
     device_.scan(t.begins, sums);
     return {t.out, t.begins, t.bases, t.tiles};
   }
-  void make_room_for_changes(std::uint64_t count) {
+  void reserve_changes(std::uint64_t count) {
     changes_.ensure(static_cast<std::size_t>(count + count / 8 + 1024) * sizeof(Pair));
   }
   // Prefix sums of n flags, which launch(flags) sets; the sum is below 2^32.
@@ -263,7 +263,7 @@ class PersistentPairs {
     clear_uncertain();
     const Candidates before = candidates_.list();
     const std::uint64_t first = Tiles::of(now.count), tiles = first + Tiles::of(before.count);
-    make_room_for_tiles(tiles);
+    reserve_tiles(tiles);
     EventCounts changed;
     for (;;) {
       device_.clear(&report->changed, sizeof(EventCounts));
@@ -278,7 +278,7 @@ class PersistentPairs {
         if (kept) now.count = seen.kept + fresh;
         break;
       }
-      make_room_for_changes(changed.count);
+      reserve_changes(changed.count);
     }
     r.comparisons = changed.comparisons;
     commit(changed, now, tiles);

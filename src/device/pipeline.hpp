@@ -5,20 +5,22 @@
 // A Device provides
 //   launch(count, f)        f(i) for each i below count, in any order, in parallel
 //   plan(PlanGrid, p, bytes)
-//                           the phases of base::SizeClassPlanner, by one block; zeroes p
+//                           the phases of SizeClassPlanner, by one block; zeroes p
 //   clear(p, bytes)         zeroes
 //   scan_cells(wanted, table, cells, sums)
 //                           exclusive sums in place, unless *wanted exists and is 0
-//   sort_cells(keys, values, room, count, begin, end)
-//                           sorts (key, value) by these bits of the key; returns where they are
+//   sort_cells(keys, values, capacity, count, begin, end)
+//                           sorts (key, value) by these bits of the key; returns where they are.
+//                           Each array has two halves of `capacity` entries
 //   place(count, PlaceBuckets)
 //                           the block-wide steps of device/cell_sort.hpp
 //   search(bound, s, sink)  walks s.begin(i), i < s.count() <= bound, and writes the hits
-//   fork(f), join()       f's work may run concurrently with all that follows, until join()
+//   fork(f), join()         f's work may run concurrently with all that follows, until join()
 //   mark(stage)             the end of a stage, for timing
 //   sorted_above            inputs of more boxes are sorted by cell
 //   scan_cells_bytes(cells), sort_cells_bytes(count)
 //                           scratch sizes of these; the first is zeroed with the table
+//   use_scratch(p, bytes)   the scratch memory of the sorts and scans that follow
 // Each of these sees the writes of those before it.
 #pragma once
 
@@ -59,14 +61,14 @@ struct PairSink {
 // Loads the sample and runs the planner, in one thread block.
 struct PlanGrid {
   Input in;
-  base::GridLimits limits;
+  GridLimits limits;
   base::SizeClassGrid* grid;
   std::uint32_t* occupied;  // zeroed
   Report* report;           // reset
   bool packed = in.sets[0].packed && (!in.two_sets || in.sets[1].packed);
 
-  using Shared = base::SizeClassPlanner::Shared;
-  static constexpr std::uint32_t threads = base::SizeClassPlanner::threads;
+  using Shared = SizeClassPlanner::Shared;
+  static constexpr std::uint32_t threads = SizeClassPlanner::threads;
 
   THRONG_HD bool wanted() const noexcept { return in.wants_grid(); }
   template <class Each>
@@ -79,7 +81,7 @@ struct PlanGrid {
       return;
     }
     each([&](std::uint32_t t) { load(t, s); });
-    base::SizeClassPlanner::run(s, limits, *grid, each);
+    SizeClassPlanner::run(s, limits, *grid, each);
   }
 
  private:
@@ -93,13 +95,13 @@ struct PlanGrid {
   // Each thread reads some boxes for the bounds; the first of every `parts` threads keeps one as a
   // sample. The threads of a sample read neighbouring boxes, which memory delivers together.
   THRONG_HD void load(std::uint32_t t, Shared& s) const noexcept {
-    constexpr std::uint32_t sample_count = base::sample_size;
-    const std::uint32_t sample = t / base::SizeClassPlanner::parts;
+    constexpr std::uint32_t sample_count = sample_size;
+    const std::uint32_t sample = t / SizeClassPlanner::parts;
     constexpr std::uint32_t boxes_per_thread = 8, batch = 2;
     // Expansion by the margin is monotonic, so the union is expanded instead of each box.
     Box all = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}}, kept = {};
     std::int32_t kept_world = -1;
-    base::BoundsSummary seen = base::SizeClassPlanner::empty_summary();
+    BoundsSummary seen = SizeClassPlanner::empty_summary();
     THRONG_UNROLL(1)
     for (std::uint32_t first = 0; first < boxes_per_thread; first += batch) {
       // One loop per kind of load, so that all loads of a loop are in flight together.
@@ -109,7 +111,7 @@ struct PlanGrid {
       THRONG_UNROLL(batch)
       for (std::uint32_t k = 0; k < batch; ++k)
         at[k] = sample_index(sample * boxes_per_thread + first + k, sample_count * boxes_per_thread,
-                             t % base::SizeClassPlanner::parts);
+                             t % SizeClassPlanner::parts);
       if (packed && !in.two_sets) {
         THRONG_UNROLL(batch)
         for (std::uint32_t k = 0; k < batch; ++k) boxes[k] = in.sets[0].packed_box(at[k]);
@@ -149,11 +151,11 @@ struct PlanGrid {
       Box box = keep ? kept : all;
       bool nan;
       const bool active = check_box(in, box, nan);
-      const base::BoundsSummary reach = base::SizeClassPlanner::summary_of(box);
+      const BoundsSummary reach = SizeClassPlanner::summary_of(box);
       if (!keep) {
-        if (active) base::SizeClassPlanner::join(seen, reach);
+        if (active) SizeClassPlanner::join(seen, reach);
         s.early.reaches[t] = seen;
-        if (t % base::SizeClassPlanner::parts != 0) return;
+        if (t % SizeClassPlanner::parts != 0) return;
       } else {
         for (int q = 0; q < 6; ++q) s.early.loaded.most[q][sample] = reach.most[q];
         s.early.loaded.worlds[sample] = active ? kept_world : -2;
@@ -276,7 +278,7 @@ class Pipeline {
       device_.mark(Stage::bin);
       return;
     }
-    base::GridLimits limits;
+    GridLimits limits;
     limits.boxes = in.count;
     limits.table_cells = Workspace::cells_for(in.count);  // no more than a smaller set needs
     limits.row_cells = Workspace::row_cells;

@@ -5,11 +5,11 @@
 // Proof that a sweep misses nothing and reports nothing twice. For each class its time is cut by
 // numbers that never decrease, from 0 to 1. Let contact_interval() report contact with a box of the
 // class from `enter` on. Exactly one piece reports the box: the piece that begins at or before
-// `enter` and ends after it, or the last. The box overlaps the SweptBounds of that piece, and a
+// `enter` and ends after it, or the last. The box overlaps the swept bounds of that piece, and a
 // grid search finds each box that overlaps its query once. So the first hit in a class comes from
 // the first piece with a hit, and pieces that begin after a hit cannot contain the first one.
-// Pieces are skipped if the SweptBounds of all of them reaches no owner cell. It contains the
-// SweptBounds of each, because every step of its arithmetic is monotonic. The time that is cut is
+// Pieces are skipped if the swept bounds of all of them reach no storage cell. They contain the
+// swept bounds of each, because every step of its arithmetic is monotonic. The time that is cut is
 // not 0 to 1, but the interval in which the sweep meets the bounds of the class's boxes. All
 // contacts with these boxes lie in it: contact_interval() of a contained box begins no earlier and
 // ends no later, because every step of its arithmetic is monotonic.
@@ -305,7 +305,7 @@ struct QuerySearch {
   THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(*this, i); }
 };
 
-// Adds the owner cell of a box in the grid to the bitmap.
+// Adds the storage cell of a box in the grid to the bitmap.
 struct MarkBlocks {
   const base::SizeClassGrid* grid;
   const Record* records;
@@ -316,9 +316,10 @@ struct MarkBlocks {
     if (i >= report->active) return;
     const base::CellSpan span = base::cells_of(*grid, load(records + i).box());
     const std::uint32_t size_class = base::class_of(*grid, span);
-    std::int32_t owner_cell[3];
-    for (int k = 0; k < 3; ++k) owner_cell[k] = span.lower[k] >> grid->classes[size_class].shift[k];
-    blocks.add(owner_cell, size_class,
+    std::int32_t storage_cell[3];
+    for (int k = 0; k < 3; ++k)
+      storage_cell[k] = span.lower[k] >> grid->classes[size_class].shift[k];
+    blocks.add(storage_cell, size_class,
                [](std::uint32_t* word, std::uint32_t bits) { fetch_or(word, bits); });
   }
 };

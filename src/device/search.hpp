@@ -21,9 +21,9 @@ struct FirstRange {
   THRONG_HD bool holds_all() const noexcept { return begin == 0 && count == ~0u; }
 };
 
-// Which boxes search a class grid (base/size_class_grid.hpp). Box i in storage order searches for
-// its partners: `plain`, one set without filters; `filtered`, any input. `around`: boxes outside
-// the grid search for all boxes in it; without worlds.
+// Which boxes search a size-class grid (base/size_class_grid.hpp). Box i in storage order searches
+// for its partners: `plain`, one set without filters; `filtered`, any input. `around`: boxes
+// outside the grid search for all boxes in it; without worlds.
 enum class GridSearchMode : std::uint8_t { plain, filtered, around };
 
 template <GridSearchMode mode>

@@ -45,18 +45,19 @@ Tile BoxTiles::tile(std::uint32_t index) const noexcept {
   return tile;
 }
 
-void load_all_pairs(Search& search, const Problem& problem, Worker* const* team,
+void load_all_pairs(Search& search, const Problem& problem, Worker* const* workers,
                     BinReport& report) {
   search.guarded([&] {
-    team[0]->query_floats.load(search, problem.queries, false, report);
-    if (problem.targets.count) team[0]->target_floats.load(search, problem.targets, true, report);
+    workers[0]->query_floats.load(search, problem.queries, false, report);
+    if (problem.targets.count)
+      workers[0]->target_floats.load(search, problem.targets, true, report);
   });
 }
 
-void find_all_pairs(Search& search, const Problem& problem, Worker* const* team,
+void find_all_pairs(Search& search, const Problem& problem, Worker* const* workers,
                     unsigned task_count) {
-  const BoxTiles& queries = team[0]->query_floats;
-  const BoxTiles& targets = team[0]->target_floats;
+  const BoxTiles& queries = workers[0]->query_floats;
+  const BoxTiles& targets = workers[0]->target_floats;
   const std::uint64_t rows = problem.queries.count ? queries.tile_count() : 0;
   const std::uint64_t columns = problem.targets.count ? targets.tile_count() : 0;
   // Tile pairs including the diagonal are the strict upper triangle of one more row: (r, c + 1).
@@ -66,26 +67,26 @@ void find_all_pairs(Search& search, const Problem& problem, Worker* const* team,
   // 32 bits, as a box index does.
   constexpr std::uint64_t boxes = BoxTiles::tile_boxes;
   static_assert(boxes >= 2 && max_box_count / boxes + 2 < 0xffffffffu);
-  team[0]->visited += box_count(problem);
-  AtomicCounter turns(work);
+  workers[0]->visited += box_count(problem);
+  base::AtomicCounter turns(work);
   auto task = [&](unsigned t) {
-    team[t]->use_brute_force(problem.parent);
+    workers[t]->use_brute_force(problem.parent);
     for (std::uint64_t k; turns.take(k) && !search.over();) {
       if (k < triangle) {
         const Pair at = base::pair_of_row_index(k, rows + 1);
         const std::uint32_t r = at.first;
         const std::uint32_t c = at.second - 1;
         search.kernels->all_pairs(queries.tile(r), queries.tile(c), r == c, search.forward(),
-                                  *team[t]);
+                                  *workers[t]);
       } else {
         const std::uint64_t cell = k - triangle;
         search.kernels->all_pairs(queries.tile(static_cast<std::uint32_t>(cell / columns)),
                                   targets.tile(static_cast<std::uint32_t>(cell % columns)), false,
-                                  search.forward(), *team[t]);
+                                  search.forward(), *workers[t]);
       }
     }
   };
-  run_tasks(*search.executor, task_count, task);
+  base::run_tasks(*search.executor, task_count, task);
 }
 
 }  // namespace throng::grid

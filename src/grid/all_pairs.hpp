@@ -15,7 +15,7 @@ class BoxTiles {
  public:
   static constexpr std::uint32_t tile_boxes = 256;
 
-  explicit BoxTiles(Memory& memory) noexcept : floats_(memory), ids_(memory) {}
+  explicit BoxTiles(base::Memory& memory) noexcept : floats_(memory), ids_(memory) {}
   void load(const Search&, const BoxSubset&, bool is_targets, BinReport&);
   void match(const BoxTiles& other) {
     floats_.match(other.floats_);
@@ -25,15 +25,15 @@ class BoxTiles {
   std::uint32_t tile_count() const noexcept { return (count_ + tile_boxes - 1) / tile_boxes; }
 
  private:
-  Buffer<float> floats_;
-  Buffer<std::uint32_t> ids_;
+  base::Buffer<float> floats_;
+  base::Buffer<std::uint32_t> ids_;
   std::uint32_t count_ = 0;
   std::size_t row_ = 0;
 };
 
-// Reads the boxes of a problem into the float spaces of team[0].
-void load_all_pairs(Search&, const Problem&, Worker* const* team, BinReport&);
+// Reads the boxes of a problem into the float arrays of workers[0].
+void load_all_pairs(Search&, const Problem&, Worker* const* workers, BinReport&);
 // Finds the pairs of the loaded boxes.
-void find_all_pairs(Search&, const Problem&, Worker* const* team, unsigned task_count);
+void find_all_pairs(Search&, const Problem&, Worker* const* workers, unsigned task_count);
 
 }  // namespace throng::grid

@@ -67,7 +67,7 @@ DoubleVec3 choose_origin(const Doubles& doubles) noexcept {
 void round_to_floats(const DoubleBoxes& boxes, const DoubleVec3& origin, float margin,
                      const Executor& executor, unsigned tasks, Box* out) {
   constexpr std::size_t step = 512;
-  ChunkQueue shares(boxes.size(), tasks, step);
+  base::ChunkQueue shares(boxes.size(), tasks, step);
   auto task = [&](unsigned t) {
     for (std::size_t begin, end; shares.take(t, begin, end);) {
       if (const char* const packed = boxes.packed_data()) {
@@ -83,7 +83,7 @@ void round_to_floats(const DoubleBoxes& boxes, const DoubleVec3& origin, float m
       }
     }
   };
-  run_tasks(executor, tasks, task);
+  base::run_tasks(executor, tasks, task);
 }
 
 }  // namespace throng::grid

@@ -41,8 +41,8 @@ struct Doubles {
   static void prefetch(const DoubleBoxes& set, std::uint32_t id) noexcept {
     if (!set.packed_data()) return;
     const char* const box = set.packed_data() + id * set.stride_bytes();
-    prefetch_l2(box);
-    prefetch_l2(box + sizeof(DoubleBox) - sizeof(double));
+    base::prefetch_l2(box);
+    base::prefetch_l2(box + sizeof(DoubleBox) - sizeof(double));
   }
 };
 

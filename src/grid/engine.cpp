@@ -14,7 +14,7 @@ namespace {
 
 // Below this many boxes a second thread costs more than it gains. Measured by throng bench.
 constexpr std::uint64_t threads_pay_from = 6000;
-// Problems of a partition with fewer boxes are solved by one worker; larger ones by the whole team.
+// Problems of a partition with fewer boxes are solved by one worker; larger ones by all workers.
 constexpr std::uint64_t team_pays_from = 65536;
 
 }  // namespace
@@ -128,7 +128,7 @@ void Engine::pass(Call& call, Sink& sink) {
 void Engine::solve_partition(Call& call) {
   Search& search = call.search;
   Worker* const* workers = workers_.make(call.tasks);
-  AtomicCounter turns(partition_.problem_count());
+  base::AtomicCounter turns(partition_.problem_count());
   const auto is_large = [&](const Problem& p) {
     return call.tasks > 1 && box_count(p) >= team_pays_from;
   };
@@ -142,12 +142,12 @@ void Engine::solve_partition(Call& call) {
       }
     });
   };
-  run_tasks(*search.executor, call.tasks, task);
+  base::run_tasks(*search.executor, call.tasks, task);
   for (std::uint32_t i = 0; i < partition_.problem_count() && !search.over(); ++i) {
     const Problem& p = partition_.problem(i);
     if (!is_large(p)) continue;
     BinReport ignored;
-    const base::GridPlan plan = make_plan(search, p, call.options.algorithm);
+    const GridPlan plan = make_plan(search, p, call.options.algorithm);
     if (plan.all_pairs) {
       load_all_pairs(search, p, workers, ignored);
       find_all_pairs(search, p, workers, call.tasks);
@@ -173,8 +173,8 @@ void Engine::reserve_output(Call& call, Output& output) {
   call.result.comparisons += worker.comparisons;
   call.result.visited += worker.visited;
   if (guess == 0 || call.search.over()) return;
-  if (Pair* const room = output.grow(output.context, guess)) {
-    output.data = room;
+  if (Pair* const pairs = output.grow(output.context, guess)) {
+    output.data = pairs;
     output.capacity = guess;
   }
 }
@@ -194,7 +194,8 @@ void Engine::find_into(Call& call, Output& output) {
       return;
     }
     output.data = output.grow(output.context, static_cast<std::size_t>(sink.found()));
-    if (!output.data) throw AllocationFailed{static_cast<std::size_t>(sink.found()) * sizeof(Pair)};
+    if (!output.data)
+      throw base::AllocationFailed{static_cast<std::size_t>(sink.found()) * sizeof(Pair)};
     output.capacity = static_cast<std::size_t>(sink.found());
   }
 }
@@ -227,18 +228,18 @@ Result Engine::find(Call& call, const Boxes& a, const Boxes* b, Output* output,
   search.cell_scale = options.cell_scale;
   search.flat = a.is_flat() && search.b->is_flat();
   search.kernels = find_kernels(options.isa);
-  search.executor = &executor_of(options);
+  search.executor = &base::executor_of(options);
   search.memory = &memory_;
   search.stop = options.stop;
   memory_.set_cap(consumer ? options.memory_cap_bytes : 0);
   Clock total(true);
   const std::uint64_t boxes = box_count(search);
-  call.tasks = boxes < threads_pay_from ? 1 : threads_of(options);
+  call.tasks = boxes < threads_pay_from ? 1 : base::threads_of(options);
   r.plan.isa = search.kernels->isa;
   r.plan.threads = call.tasks;
   r.plan.reason = "";
-  ParallelRegion::run(*search.executor, call.tasks, [&](const Executor& team) {
-    search.executor = &team;
+  base::ParallelRegion::run(*search.executor, call.tasks, [&](const Executor& region) {
+    search.executor = &region;
     search.guarded([&] {
       if (search.over()) return;
       if (call.doubles.a) round(call);

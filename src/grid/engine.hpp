@@ -28,10 +28,10 @@ constexpr std::size_t with_spare(std::size_t count, std::size_t capacity) noexce
 }
 // Output::grow for a Buffer: null if allocation fails.
 inline Pair* grow_pairs(void* buffer, std::size_t count) noexcept {
-  auto& room = *static_cast<Buffer<Pair>*>(buffer);
+  auto& pairs = *static_cast<base::Buffer<Pair>*>(buffer);
   try {
-    return count <= room.capacity() ? room.data()
-                                    : room.ensure(with_spare(count, room.capacity()), true);
+    return count <= pairs.capacity() ? pairs.data()
+                                     : pairs.ensure(with_spare(count, pairs.capacity()), true);
   } catch (...) {
     return nullptr;
   }
@@ -52,11 +52,11 @@ class Engine {
   Result find(const DoubleBoxes& a, const DoubleBoxes* b, const Options&, Output* output,
               const Consumer* consumer);
 
-  Memory& memory() noexcept { return memory_; }
-  Buffer<Pair>& pairs() noexcept { return pairs_; }
+  base::Memory& memory() noexcept { return memory_; }
+  base::Buffer<Pair>& pairs() noexcept { return pairs_; }
   // The plan of the last call's single grid; null if there was none: brute force, or one problem
   // per world.
-  const base::GridPlan* single_grid_plan() const noexcept {
+  const GridPlan* single_grid_plan() const noexcept {
     return has_grid_ && grid_plan_.worlds == 1 ? &grid_plan_ : nullptr;
   }
   const BinnedGrid& grid() const noexcept { return grid_; }
@@ -89,18 +89,18 @@ class Engine {
   void solve_partition(Call&);
   std::size_t sufficient_bytes(const Call&) const noexcept;
 
-  Memory memory_;
-  Buffer<Box> rounded_;  // float boxes in place of doubles
+  base::Memory memory_;
+  base::Buffer<Box> rounded_;  // float boxes in place of doubles
   FilterClasses filter_classes_;
   BinnedGrid grid_;
   FilterPartition partition_;
   PairSorter sorter_;
-  Buffer<Pair> spill_;  // see BufferSink
-  Buffer<Pair> pairs_, unordered_, ordered_;
-  base::GridPlan grid_plan_;
+  base::Buffer<Pair> spill_;  // see BufferSink
+  base::Buffer<Pair> pairs_, unordered_, ordered_;
+  GridPlan grid_plan_;
   bool has_grid_ = false;
   bool nan_in_b_ = false;
-  PerThread<Worker> workers_;
+  base::PerThread<Worker> workers_;
 };
 
 }  // namespace throng::grid

@@ -34,7 +34,7 @@ struct Engine::Call {
   Boxes rounded[2];  // float boxes in place of doubles
   Search search;
   Problem problem;
-  base::GridPlan plan;
+  GridPlan plan;
   unsigned tasks = 1;
   bool partitioned = false;
   Result result;

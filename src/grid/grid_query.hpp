@@ -19,8 +19,7 @@ namespace throng::grid {
 class GridQuery {
  public:
   // The grid of the last search, with its plan. That search had one set and no columns per world.
-  GridQuery(const BinnedGrid& space, const base::GridPlan& plan) noexcept
-      : grid_(space), plan_(plan) {}
+  GridQuery(const BinnedGrid& grid, const GridPlan& plan) noexcept : grid_(grid), plan_(plan) {}
 
   // Calls f(id) for every box that overlaps the region, and for some others; some ids are repeated.
   // Exceptions of f propagate. Returns the number of columns and records visited.
@@ -63,7 +62,7 @@ class GridQuery {
   };
 
   const BinnedGrid& grid_;
-  const base::GridPlan& plan_;
+  const GridPlan& plan_;
 };
 
 #if defined(THRONG_SSE2)
@@ -156,7 +155,7 @@ std::uint64_t GridQuery::each(const Box& region, F&& f) const {
     }
   }
   for (std::uint32_t i = 0; i < grid_.wide_count_[0]; ++i) {
-    const Spanning& box = grid_.wide_[0][i];
+    const WideBox& box = grid_.wide_[0][i];
     bool apart = false;
     for (int k = 0; k < 3; ++k) apart |= box.lower[k] > r.upper[k] || box.upper[k] < r.lower[k];
     if (!apart) f(box.id);

@@ -2,7 +2,7 @@
 
 namespace throng::grid {
 
-RecursionScratch::RecursionScratch(Memory& memory) noexcept
+RecursionScratch::RecursionScratch(base::Memory& memory) noexcept
     : query_strip(memory),
       target_strip(memory),
       wide_strip(memory),

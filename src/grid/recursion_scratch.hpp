@@ -11,20 +11,20 @@ namespace throng::grid {
 
 // A worker's scratch memory at one recursion depth.
 struct RecursionScratch {
-  explicit RecursionScratch(Memory& memory) noexcept;
+  explicit RecursionScratch(base::Memory& memory) noexcept;
   void match(const RecursionScratch& other);
 
   StripStorage query_strip, target_strip, wide_strip;
-  Buffer<Record> clipped;  // of wide_strip
-  Buffer<Record>
+  base::Buffer<Record> clipped;  // of wide_strip
+  base::Buffer<Record>
       near_records;  // if one subset has few boxes in a column: the other's boxes near them
-  Buffer<Segment> segments;
+  base::Buffer<Segment> segments;
   std::uint32_t segment_count = 0;
-  Buffer<std::uint32_t> starts;
+  base::Buffer<std::uint32_t> starts;
   // For a problem that this worker solves alone: a column, or a world.
   BinnedGrid space;
-  Buffer<std::uint32_t> ids, labels;  // the queries, then the targets
-  Buffer<std::uint16_t> reject_bits;
+  base::Buffer<std::uint32_t> ids, labels;  // the queries, then the targets
+  base::Buffer<std::uint16_t> reject_bits;
 };
 
 }  // namespace throng::grid

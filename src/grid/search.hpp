@@ -103,7 +103,7 @@ struct Search {
   const Kernels* kernels = nullptr;
   std::size_t stream_min_bytes = default_stream_bytes;
   const Executor* executor = nullptr;
-  Memory* memory = nullptr;
+  base::Memory* memory = nullptr;
   Sink* sink = nullptr;
   const std::atomic<bool>* stop = nullptr;
 
@@ -140,9 +140,9 @@ struct Search {
   void guarded(F&& body) {
     try {
       body();
-    } catch (const AllocationFailed& e) {
+    } catch (const base::AllocationFailed& e) {
       fail(Status::out_of_memory, e.bytes);
-    } catch (const CapExceeded& e) {
+    } catch (const base::CapExceeded& e) {
       fail(Status::memory_cap_too_small, e.bytes_needed);
     }
   }

@@ -12,8 +12,8 @@
 namespace throng::mpi {
 
 // The cost of a search, in units of one comparison of two boxes. A uniform box takes 24 ns of a
-// core with about 40 comparisons of 1/4 ns (docs/benchmarks.md); this leaves 14 ns, or 56
-// comparisons, for the box. Writing a pair takes about 2 ns. Only ratios matter, and only for
+// core with about 40 comparisons of 1/4 ns (docs/explanation/benchmarks.md); this leaves 14 ns, or
+// 56 comparisons, for the box. Writing a pair takes about 2 ns. Only ratios matter, and only for
 // balance.
 constexpr std::uint64_t box_work = 64, pair_work = 8;
 inline std::uint64_t work_of(std::uint64_t boxes, std::uint64_t comparisons,

@@ -266,7 +266,7 @@ void Communicator::exchange(const std::vector<Slice>& to, const std::vector<Slic
   wait_for_all();
 }
 
-// MPI_Comm_split has no timeout; all ranks have just synchronised when this is called.
+// MPI_Comm_split has no timeout; all ranks have just synchronized when this is called.
 void Communicator::make_nodes() {
   if (!nodes_.empty()) return;
   nodes_.push_back({0, size_, comm_});

@@ -79,7 +79,7 @@ Result call(std::unique_ptr<Communicator>& communicator, MPI_Comm comm, const Se
   try {
     if (!mpi_is_initialized()) {
       set_error(r, Status::rank_failed,
-                "MPI is not initialised; call between MPI_Init and MPI_Finalize");
+                "MPI is not initialized; call between MPI_Init and MPI_Finalize");
       return r;
     }
     if (!communicator)

@@ -6,7 +6,7 @@
 #include "mpi/consensus.hpp"
 #include "mpi/device_distributed_search.hpp"
 #include "mpi/device_search_base.hpp"
-#include "mpi/host_space.hpp"
+#include "mpi/host_rank_device.hpp"
 
 namespace throng::mpi {
 
@@ -29,7 +29,7 @@ struct DeviceFinder::State {
       return;
     }
     driver = settings.search.backend == Backend::emulated
-                 ? std::make_unique<DeviceDistributedSearch<HostSpace>>(settings)
+                 ? std::make_unique<DeviceDistributedSearch<HostRankDevice>>(settings)
                  : make_gpu_search(settings, memory);
   }
 };

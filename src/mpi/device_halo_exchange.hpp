@@ -1,5 +1,6 @@
 // Halo exchange between devices: writes outgoing records where MPI, or a copy to host memory, reads
-// them, and appends incoming records to this rank's own. Space: see device_flow.hpp.
+// them, and appends incoming records to this rank's own. RankDevice: see
+// device_distributed_search.hpp.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +16,10 @@ namespace throng::mpi {
 
 // All calls are local, to be made in the order of declaration; they throw device::Failure or
 // std::bad_alloc. Destinations are the ranks, plus one for boxes that are forwarded along the tree.
-template <class Space>
+template <class RankDevice>
 class DeviceHaloExchange {
  public:
-  explicit DeviceHaloExchange(Space& place) noexcept : space_(place) {}
+  explicit DeviceHaloExchange(RankDevice& device) noexcept : device_(device) {}
 
   void count(const Settings& settings, const Tree& tree, const std::vector<OutgoingSet>& sets);
   // One message per rank that receives records: their number per set.
@@ -26,7 +27,7 @@ class DeviceHaloExchange {
   // Takes the sizes received from other ranks. Fills `tree_records` of the sets.
   void write(const Settings& settings, std::vector<OutgoingSet>& sets,
              const std::vector<Parcel>& sizes, int here, bool direct);
-  // Arguments of Communicator::exchange. The stream is synchronised before.
+  // Arguments of Communicator::exchange. The stream is synchronized before.
   const std::vector<Slice>& out() const noexcept { return out_; }
   const std::vector<Slice>& in() const noexcept { return in_; }
   // Copies staged records to the device.
@@ -38,7 +39,7 @@ class DeviceHaloExchange {
   const Records& records(std::size_t set) const noexcept { return outgoing_[set].records; }
 
  private:
-  using Block = device::DeviceBuffer<Space>;
+  using Block = device::DeviceBuffer<RankDevice>;
 
   struct OutgoingRecords {
     device::Set set;
@@ -59,45 +60,45 @@ class DeviceHaloExchange {
   }
   void plan_slices(int here);
 
-  Space& space_;
+  RankDevice& device_;
   int ranks_ = 0;
-  Block tree_{space_}, counters_{space_}, away_{space_}, first_{space_}, second_{space_};
-  typename Space::Staging staging_;
-  device::DeviceBuffer<typename Space::Staging> staged_out_{staging_}, staged_in_{staging_};
+  Block tree_{device_}, counters_{device_}, away_{device_}, first_{device_}, second_{device_};
+  typename RankDevice::Staging staging_;
+  device::DeviceBuffer<typename RankDevice::Staging> staged_out_{staging_}, staged_in_{staging_};
   std::vector<OutgoingRecords> outgoing_;
   std::size_t away_bytes_ = 0, received_bytes_ = 0;
   bool direct_ = false;
   std::vector<Slice> out_, in_;
 };
 
-template <class Space>
-void DeviceHaloExchange<Space>::count(const Settings& settings, const Tree& tree,
-                                      const std::vector<OutgoingSet>& sets) {
+template <class RankDevice>
+void DeviceHaloExchange<RankDevice>::count(const Settings& settings, const Tree& tree,
+                                           const std::vector<OutgoingSet>& sets) {
   ranks_ = tree.count;
   const std::size_t ranks = static_cast<std::size_t>(ranks_), places = ranks + 1;
   outgoing_.assign(sets.size(), {});
   tree_.ensure(ranks * sizeof(Cut));
-  space_.upload(tree_.template as<Cut>(), tree.cuts, ranks * sizeof(Cut));
+  device_.upload(tree_.template as<Cut>(), tree.cuts, ranks * sizeof(Cut));
   const std::size_t bytes = places * sizeof(std::uint64_t);
   counters_.ensure(sets.size() * bytes);
   auto* const counts = counters_.template as<std::uint64_t>();
-  space_.clear(counts, sets.size() * bytes);
+  device_.clear(counts, sets.size() * bytes);
   for (std::size_t s = 0; s < sets.size(); ++s) {
     OutgoingRecords& outgoing = outgoing_[s];
     outgoing.set = device::make_set(sets[s].given->boxes);
     outgoing.bytes = record_bytes(sets[s].filters);
     outgoing.counts.resize(places);
     outgoing.incoming.resize(ranks);
-    space_.launch(sets[s].given->boxes.size(),
-                  CountRoutes{routes_of(settings, outgoing), counts + s * places});
+    device_.launch(sets[s].given->boxes.size(),
+                   CountRoutes{routes_of(settings, outgoing), counts + s * places});
   }
   for (std::size_t s = 0; s < sets.size(); ++s) {
-    space_.download(outgoing_[s].counts.data(), counts + s * places, bytes);
+    device_.download(outgoing_[s].counts.data(), counts + s * places, bytes);
   }
 }
 
-template <class Space>
-std::vector<Parcel> DeviceHaloExchange<Space>::sizes(int here) const {
+template <class RankDevice>
+std::vector<Parcel> DeviceHaloExchange<RankDevice>::sizes(int here) const {
   std::vector<Parcel> parcels;
   for (int rank = 0; rank < ranks_; ++rank) {
     std::uint64_t counts[2] = {}, any = 0;
@@ -112,9 +113,10 @@ std::vector<Parcel> DeviceHaloExchange<Space>::sizes(int here) const {
 }
 
 // Allocates memory for all records, then writes each to its place.
-template <class Space>
-void DeviceHaloExchange<Space>::write(const Settings& settings, std::vector<OutgoingSet>& sets,
-                                      const std::vector<Parcel>& sizes, int here, bool direct) {
+template <class RankDevice>
+void DeviceHaloExchange<RankDevice>::write(const Settings& settings, std::vector<OutgoingSet>& sets,
+                                           const std::vector<Parcel>& sizes, int here,
+                                           bool direct) {
   const auto own = static_cast<std::size_t>(here);
   const std::size_t places = static_cast<std::size_t>(ranks_) + 1;
   std::vector<std::uint64_t> next(sets.size() * places);
@@ -148,33 +150,33 @@ void DeviceHaloExchange<Space>::write(const Settings& settings, std::vector<Outg
   }
   away_.ensure(away_bytes_ + 1);
   auto* const cursors = counters_.template as<std::uint64_t>();
-  space_.upload(cursors, next.data(), next.size() * sizeof(std::uint64_t));
+  device_.upload(cursors, next.data(), next.size() * sizeof(std::uint64_t));
   for (std::size_t s = 0; s < sets.size(); ++s) {
     const RankBoxes& given = *sets[s].given;
     const OutgoingRecords& outgoing = outgoing_[s];
     char* const away_data = away_.template as<char>() + outgoing.away_at;
     Records away = outgoing.records;
     away.data = reinterpret_cast<std::uint32_t*>(away_data);
-    space_.launch(given.boxes.size(),
-                  WriteRoutes{routes_of(settings, outgoing), given.ids, sets[s].first_id,
-                              cursors + s * places, here, outgoing.records, away});
+    device_.launch(given.boxes.size(),
+                   WriteRoutes{routes_of(settings, outgoing), given.ids, sets[s].first_id,
+                               cursors + s * places, here, outgoing.records, away});
     // Forwarded records are last.
     const auto begin = static_cast<std::size_t>(next[(s + 1) * places - 1]) * outgoing.bytes;
     sets[s].tree_records.resize(static_cast<std::size_t>(outgoing.counts.back()) * outgoing.bytes);
-    space_.download(sets[s].tree_records.data(), away_data + begin, sets[s].tree_records.size());
+    device_.download(sets[s].tree_records.data(), away_data + begin, sets[s].tree_records.size());
   }
   if (!direct_) {
     staged_out_.ensure(away_bytes_);
     staged_in_.ensure(received_bytes_);
-    space_.download(staged_out_.template as<char>(), away_.template as<char>(), away_bytes_);
+    device_.download(staged_out_.template as<char>(), away_.template as<char>(), away_bytes_);
   }
   plan_slices(here);
-  space_.wait();
+  device_.wait();
 }
 
 // The buffers that MPI reads and writes.
-template <class Space>
-void DeviceHaloExchange<Space>::plan_slices(int here) {
+template <class RankDevice>
+void DeviceHaloExchange<RankDevice>::plan_slices(int here) {
   out_.clear();
   in_.clear();
   const auto start = [](auto& block, std::size_t at) {
@@ -199,24 +201,24 @@ void DeviceHaloExchange<Space>::plan_slices(int here) {
   }
 }
 
-template <class Space>
-void DeviceHaloExchange<Space>::upload_staged() {
+template <class RankDevice>
+void DeviceHaloExchange<RankDevice>::upload_staged() {
   if (direct_) return;
   for (const OutgoingRecords& outgoing : outgoing_) {
-    space_.upload(outgoing.records.data + outgoing.own * outgoing.records.words,
-                  staged_in_.template as<char>() + outgoing.received_at,
-                  static_cast<std::size_t>(outgoing.received) * outgoing.bytes);
+    device_.upload(outgoing.records.data + outgoing.own * outgoing.records.words,
+                   staged_in_.template as<char>() + outgoing.received_at,
+                   static_cast<std::size_t>(outgoing.received) * outgoing.bytes);
   }
 }
 
-template <class Space>
-void DeviceHaloExchange<Space>::take_tree_records(std::size_t set, const Bytes& wide) {
+template <class RankDevice>
+void DeviceHaloExchange<RankDevice>::take_tree_records(std::size_t set, const Bytes& wide) {
   Records& records = outgoing_[set].records;
   Block& records_block = set == 0 ? first_ : second_;
   const std::size_t kept = static_cast<std::size_t>(records.count) * outgoing_[set].bytes;
   records_block.grow(kept + wide.size(), kept);
   records.data = records_block.template as<std::uint32_t>();
-  space_.upload(records_block.template as<char>() + kept, wide.data(), wide.size());
+  device_.upload(records_block.template as<char>() + kept, wide.data(), wide.size());
   records.count += wide.size() / outgoing_[set].bytes;
 }
 

@@ -1,4 +1,4 @@
-// The Space for a GPU.
+// The RankDevice for a GPU.
 #include <cuda_runtime_api.h>
 
 #include <cub/device/device_merge_sort.cuh>
@@ -40,9 +40,9 @@ struct MemoryOwner {
   cuda::Memory memory;
 };
 
-class GpuSpace : private MemoryOwner, public cuda::Device {
+class GpuRankDevice : private MemoryOwner, public cuda::Device {
  public:
-  GpuSpace(const Settings& settings, const cuda::MemoryResource& resource)
+  GpuRankDevice(const Settings& settings, const cuda::MemoryResource& resource)
       : MemoryOwner{cuda::Memory(resource)},
         Device(memory),
         finder_(local_options(settings), resource) {
@@ -51,7 +51,7 @@ class GpuSpace : private MemoryOwner, public cuda::Device {
   }
 
   struct Current : cuda::CurrentDevice {
-    explicit Current(const GpuSpace& place) : cuda::CurrentDevice(place.ordinal()) {}
+    explicit Current(const GpuRankDevice& device) : cuda::CurrentDevice(device.ordinal()) {}
   };
   void begin(cuda::Stream stream) {
     if (stream && cuda::device_of(stream) != ordinal())
@@ -86,8 +86,8 @@ class GpuSpace : private MemoryOwner, public cuda::Device {
                                          PairLess{}));
     return bytes;
   }
-  void sort64(Pair64* pairs, std::size_t count, void* room, std::size_t bytes) const {
-    check(cub::DeviceMergeSort::SortKeys(room, bytes, pairs, count, PairLess{}, stream()));
+  void sort64(Pair64* pairs, std::size_t count, void* scratch, std::size_t bytes) const {
+    check(cub::DeviceMergeSort::SortKeys(scratch, bytes, pairs, count, PairLess{}, stream()));
   }
 
  private:
@@ -107,7 +107,7 @@ std::unique_ptr<DeviceSearchBase> make_gpu_search(const Settings& settings,
   int count = 0;
   check(cudaGetDeviceCount(&count));
   if (count == 0) check(cudaErrorNoDevice);
-  return std::make_unique<DeviceDistributedSearch<GpuSpace>>(settings, memory);
+  return std::make_unique<DeviceDistributedSearch<GpuRankDevice>>(settings, memory);
 }
 
 }  // namespace throng::mpi

@@ -36,7 +36,7 @@ struct Change {
   Filter filter_before, filter;
   std::uint32_t was_alive, is_alive;
 };
-// OutgoingSet to ranks whose region the object overlaps before and after.
+// Sent to ranks whose region the object overlaps before and after.
 struct Move {
   std::uint64_t id;
   Box now;

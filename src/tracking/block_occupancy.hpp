@@ -18,9 +18,9 @@ class BlockOccupancy {
     return base::BlockBitmap::length(level);
   }
 
-  explicit BlockOccupancy(grid::Memory& memory) noexcept : words_(memory) {}
+  explicit BlockOccupancy(base::Memory& memory) noexcept : words_(memory) {}
 
-  // Clears; allocates bits for this many boxes. Throws grid::AllocationFailed.
+  // Clears; allocates bits for this many boxes. Throws base::AllocationFailed.
   void make(std::size_t boxes) {
     clear();
     const std::size_t count = base::BlockBitmap::words_for(boxes);

@@ -72,7 +72,7 @@ struct BvhForest::Build {
   std::uint32_t node;  // number of the next node
 };
 
-BvhForest::BvhForest(grid::Memory& memory) noexcept
+BvhForest::BvhForest(base::Memory& memory) noexcept
     : lines_(memory), summaries_(memory), items_(memory) {}
 
 BvhForest::Item BvhForest::item_of(const Objects& objects, ObjectId id) noexcept {
@@ -82,7 +82,7 @@ BvhForest::Item BvhForest::item_of(const Objects& objects, ObjectId id) noexcept
 // Lays out, empty, the large tree, the buffer, and trees for a quarter of the objects.
 void BvhForest::assign_storage(std::size_t objects) {
   tree_count_ = 0;
-  if (objects > max_objects) throw grid::AllocationFailed{};
+  if (objects > max_objects) throw base::AllocationFailed{};
   std::size_t lines = 0, nodes = 0;
   const auto add = [&](std::size_t capacity) {
     trees_[tree_count_++] = {static_cast<std::uint32_t>(lines),

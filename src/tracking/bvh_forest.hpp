@@ -16,7 +16,7 @@
 //
 // Why no box is lost: the bounds of a node exactly contain those of all boxes below it, as they are
 // minima and maxima of floats. If a box overlaps a query, so do all bounds that contain it. What
-// contact_interval() and ConservativeLineTest accept for a box they accept for any box that
+// contact_interval() and CellLineSweepPrefilter accept for a box they accept for any box that
 // contains it, no later and for no shorter time.
 #pragma once
 
@@ -29,19 +29,19 @@
 #include "base/swept_box.hpp"
 #include "tracking/bounds.hpp"
 #include "tracking/cell_line.hpp"
-#include "tracking/conservative_ray_test.hpp"
 #include "tracking/objects.hpp"
 #include "tracking/pod_vector.hpp"
+#include "tracking/sweep_prefilter.hpp"
 #include "tracking/work_counters.hpp"
 
 namespace throng::tracking {
 
 class BvhForest {
  public:
-  explicit BvhForest(grid::Memory& memory) noexcept;
+  explicit BvhForest(base::Memory& memory) noexcept;
 
   // Builds from all active objects and sets their places (Body); those of other objects become
-  // `none`, unless they already are (`others_unset`). Throws grid::AllocationFailed and is empty
+  // `none`, unless they already are (`others_unset`). Throws base::AllocationFailed and is empty
   // then.
   void build(Objects& objects, bool others_unset);
   // Whether this many can be inserted, and at most half of the large tree was erased.
@@ -55,12 +55,12 @@ class BvhForest {
   // with `filter`, but not all. Exceptions of f propagate.
   template <class F>
   void search(const Box& box, const Filter& filter, Work& work, F&& f) const;
-  // Calls look(line, k) once for each box k of a line that passes the ConservativeLineTest, except
-  // those that the sweep meets after time `first`, which look() may decrease. Visits nearer
+  // Calls visit(line, k) once for each box k of a line that passes the CellLineSweepPrefilter,
+  // except those that the sweep meets after time `first`, which visit() may decrease. Visits nearer
   // children first if `to_first`. `cover`: of the sweep.
-  template <class Look>
+  template <class Visit>
   void cast(const Sweep& sweep, const base::SweptBounds& cover, const Filter& filter, bool to_first,
-            const double& first, Work& work, Look&& look) const;
+            const double& first, Work& work, Visit&& visit) const;
 
   void reserve_for(const BvhForest& other);
   void copy(const BvhForest& other) noexcept;
@@ -168,7 +168,7 @@ void BvhForest::search(const Box& box, const Filter& filter, Work& work, F&& f) 
           if (tree.filtered && !summaries_[2 * std::size_t{node.next} + k].may_pair(filter))
             continue;
           const NodeRef child = unpack(node.id[k]);
-          grid::prefetch(lines_.data() + child.line);
+          base::prefetch(lines_.data() + child.line);
           stack[depth++] = child;
         }
         continue;
@@ -184,9 +184,9 @@ void BvhForest::search(const Box& box, const Filter& filter, Work& work, F&& f) 
   }
 }
 
-template <class Look>
+template <class Visit>
 void BvhForest::cast(const Sweep& sweep, const base::SweptBounds& cover, const Filter& filter,
-                     bool to_first, const double& first, Work& work, Look&& look) const {
+                     bool to_first, const double& first, Work& work, Visit&& visit) const {
   struct StackEntry {
     NodeRef ref;
     double enter;
@@ -198,7 +198,7 @@ void BvhForest::cast(const Sweep& sweep, const base::SweptBounds& cover, const F
     const base::ContactInterval tree_touch = base::contact_interval(sweep, tree.bounds);
     if (tree_touch.enter > tree_touch.leave || tree_touch.enter > first) continue;
     // No box in the tree is first met later.
-    const ConservativeLineTest ray_test(RayTestTerms(sweep, cover, tree_touch.leave));
+    const CellLineSweepPrefilter prefilter(SweepPrefilterTerms(sweep, cover, tree_touch.leave));
     std::uint32_t depth = 0;
     stack[depth++] = {tree.root, tree_touch.enter};
     while (depth != 0) {
@@ -209,14 +209,14 @@ void BvhForest::cast(const Sweep& sweep, const base::SweptBounds& cover, const F
         ++work.visited;
         StackEntry child[2];
         std::uint32_t count = 0;
-        for (std::uint32_t bits = ray_test.passes(node); bits != 0; bits &= bits - 1) {
+        for (std::uint32_t bits = prefilter.passes(node); bits != 0; bits &= bits - 1) {
           const auto k = static_cast<std::uint32_t>(std::countr_zero(bits));
           if (tree.filtered && !summaries_[2 * std::size_t{node.next} + k].may_pair(filter))
             continue;
           const base::ContactInterval touch = base::contact_interval(sweep, node.box(k));
           if (touch.enter > touch.leave) continue;
           child[count++] = {unpack(node.id[k]), touch.enter};
-          grid::prefetch(lines_.data() + child[count - 1].ref.line);
+          base::prefetch(lines_.data() + child[count - 1].ref.line);
         }
         // The nearer child on top.
         if (count == 2 && to_first && child[0].enter < child[1].enter)
@@ -227,9 +227,9 @@ void BvhForest::cast(const Sweep& sweep, const base::SweptBounds& cover, const F
       for (std::uint32_t i = at.ref.line; i < at.ref.line + at.ref.lines; ++i) {
         const CellLine& line = lines_[i];
         work.compared += 2;
-        for (std::uint32_t bits = ray_test.passes(line); bits != 0; bits &= bits - 1) {
+        for (std::uint32_t bits = prefilter.passes(line); bits != 0; bits &= bits - 1) {
           const auto k = static_cast<std::uint32_t>(std::countr_zero(bits));
-          if (line.id[k] != none) look(line, k);
+          if (line.id[k] != none) visit(line, k);
         }
       }
     }

@@ -151,8 +151,8 @@ class CellMap {
   static constexpr float max_units = 0x1p28f;
 
   // The bucket of a cell is the sum of four terms modulo the bucket count: one of its class and
-  // world, and one per axis. If the world box is mostly full, the axis terms number the cells row
-  // by row and layer by layer, with a period: neighbours are adjacent, and only distant cells
+  // world, and one per axis. If the occupied region is mostly full, the axis terms number the cells
+  // row by row and layer by layer, with a period: neighbours are adjacent, and only distant cells
   // collide. Otherwise the terms of y and z are hashes.
   struct Axis {
     std::int32_t origin;  // in units: about where boxes begin

@@ -67,7 +67,7 @@ class SearchCost {
       : base_(base), density_(density), boxes_(boxes), plan_(plan) {
     const std::size_t n = std::min(sample.size(), sample_limit);
     const double one = 1 / static_cast<double>(n);
-    // Excludes the few boxes that are so long that they visit much of the world box.
+    // Excludes the few boxes that are so long that they visit much of the occupied region.
     const double longest = quantile(sample, 0.98, side_of);
     for (std::size_t i = 0; i < n; ++i) {
       const double step = std::ceil(steps * std::log2(sample[i].side * min_fit_factor / base));

@@ -34,7 +34,7 @@ struct CellPlan {
   static constexpr double min_span = 16e-30;
   Extent extent[3] = {{0, 1}, {0, 1}, {0, 1}};
 
-  // Plans for the active objects. `sample` is scratch; throws grid::AllocationFailed.
+  // Plans for the active objects. `sample` is scratch; throws base::AllocationFailed.
   static CellPlan of(const Objects& objects, PodVector<Sampled>& sample);
 };
 

@@ -26,7 +26,7 @@ bool Cells::make(const Objects& objects, double max_compared, const Executor& ex
   const CellPlan plan = CellPlan::of(objects, sample_);
   if (plan.expected_comparisons > max_compared) return false;
   assign_storage(plan, objects.count());
-  grid::ParallelRegion::run(executor, tasks,
+  base::ParallelRegion::run(executor, tasks,
                             [&](const Executor& team) { find_buckets(objects, team, tasks); });
   if (static_cast<double>(wide_count()) > max_compared) return false;
   fill(objects);
@@ -52,7 +52,7 @@ void Cells::assign_storage(const CellPlan& plan, std::size_t count) {
 }
 
 void Cells::find_buckets(const Objects& objects, const Executor& executor, unsigned tasks) {
-  grid::ChunkQueue shares(objects.limit(), tasks, 1024);
+  base::ChunkQueue shares(objects.limit(), tasks, 1024);
   std::mutex merge_mutex;
   LevelCounts level_counts;
   auto find = [&](unsigned t) {
@@ -67,7 +67,7 @@ void Cells::find_buckets(const Objects& objects, const Executor& executor, unsig
     level_counts.add(tally.level_counts);
     for (int k = 0; k < 2; ++k) classes_ever_used_[k].add(tally.classes_used[k]);
   };
-  grid::run_tasks(executor, tasks, find);
+  base::run_tasks(executor, tasks, find);
   exclude_largest(objects, level_counts);
 }
 
@@ -239,7 +239,7 @@ void Cells::candidates(const Box& box, Worlds worlds, CandidateBuckets& candidat
   std::uint64_t left = most - std::min(most, wide_lines());
   std::uint32_t* to = candidates.buckets;
   const auto list = [&to, all = lines_.data()](std::uint32_t bucket) {
-    grid::prefetch(all + bucket);
+    base::prefetch(all + bucket);
     *to++ = bucket;
   };
   each_class([&](int c) {

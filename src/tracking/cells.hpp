@@ -46,14 +46,14 @@ class Cells {
   // chain; `used`: boxes in this line.
   using Line = CellLine;
 
-  explicit Cells(grid::Memory& memory) noexcept
+  explicit Cells(base::Memory& memory) noexcept
       : lines_(memory), sample_(memory), blocks_(memory) {}
 
   // Builds cells that hold all active objects, and sets their buckets. Returns false if cells do
   // not work well, because a search is expected to compare more than `max_compared` boxes. Then,
-  // or when it throws grid::AllocationFailed, there are no cells.
+  // or when it throws base::AllocationFailed, there are no cells.
   bool make(const Objects& objects, double max_compared, const Executor& executor, unsigned tasks);
-  // Whether make() would succeed. Throws grid::AllocationFailed.
+  // Whether make() would succeed. Throws base::AllocationFailed.
   bool is_suitable(const Objects& objects, double max_compared);
   // Whether that many objects fit and not too many are too wide for the present classes.
   bool has_capacity_for(std::size_t objects) const noexcept {
@@ -107,12 +107,13 @@ class Cells {
   void search_many(const Box& box, Worlds worlds, Work& work, F&& f) const;
   // The line behind the first, or line 0 if there is none: a branch would be mispredicted.
   void prefetch_chain(std::uint32_t bucket) const noexcept { prefetch(lines_[bucket].next); }
-  void prefetch(std::uint32_t bucket) const noexcept { grid::prefetch(&lines_[bucket]); }
+  void prefetch(std::uint32_t bucket) const noexcept { base::prefetch(&lines_[bucket]); }
 
   std::size_t line_count() const noexcept { return lines_.size(); }
 
-  // For traversal (cell_walk.hpp): the map; bounds of all boxes in cells, which only grow as boxes
-  // move; f(class) for each class in use; f(bucket) for each of the cells, in all worlds to visit.
+  // For traversal (grid_traversal.hpp): the map; bounds of all boxes in cells, which only grow as
+  // boxes move; f(class) for each class in use; f(bucket) for each of the cells, in all worlds to
+  // visit.
   const CellMap& map() const noexcept { return map_; }
   Box bounds() const noexcept { return bounds_.box(); }
   template <class F>
@@ -143,7 +144,7 @@ class Cells {
   }
   const Line& line(std::uint32_t number) const noexcept { return lines_[number]; }
   // Occupancy of blocks of cells, for long sweeps. Exists after make_blocks() until the cells are
-  // rebuilt or copied, or the bits are too dense. Throws grid::AllocationFailed.
+  // rebuilt or copied, or the bits are too dense. Throws base::AllocationFailed.
   const BlockOccupancy& blocks() const noexcept { return blocks_; }
   void make_blocks(const Objects& objects);
   void clear_blocks() noexcept { blocks_.clear(); }

@@ -8,25 +8,25 @@
 // Why no box is lost: let the sweep meet a box, by contact_interval(), from `enter` on. All values
 // are doubles, in units. A quantized coordinate differs from the scaled one by less than one unit,
 // and by 2^-24 of itself because the product is rounded. The bounds of a layer are widened by one
-// unit and by 2^-22 of the largest magnitude. The bounds of the sweep are those of its SweptBounds,
+// unit and by 2^-22 of the largest magnitude. The bounds of the sweep are its swept bounds,
 // which are widened by more than doubles round. So the interval in which box and sweep touch along
 // this axis lies within that of the layer, and `enter` lies within the interval of the box. At
 // `enter` the sweep overlaps the box; its bounds, also widened by 2^-22 of the largest magnitude,
-// are quantized as those of a SweptBounds. So the box is in one of the cells that a search of a
-// SweptBounds visits (cell_map.hpp), and in this layer. Where coordinates are clamped, from
+// are quantized as swept bounds are. So the box is in one of the cells that a search of the
+// swept bounds visits (cell_map.hpp), and in this layer. Where coordinates are clamped, from
 // CellMap::max_units on, the sweep visits all layers for its whole time interval.
 //
 // The time interval is that in which the sweep meets the bounds of all boxes in cells.
 // contact_interval() is monotonic, so no such box is met earlier or first met later, and the
-// ConservativeLineTest is limited to the end of that interval. Boxes too wide for cells are tested
-// separately.
+// CellLineSweepPrefilter is limited to the end of that interval. Boxes too wide for cells are
+// tested separately.
 #pragma once
 
 #include <cstdint>
 
 #include "base/swept_box.hpp"
 #include "tracking/cells.hpp"
-#include "tracking/conservative_ray_test.hpp"
+#include "tracking/sweep_prefilter.hpp"
 
 namespace throng::tracking {
 
@@ -37,12 +37,12 @@ class GridTraversal {
   void start(const Cells& cells, const BlockOccupancy* blocks, Cells::Worlds worlds,
              const Sweep& sweep, const base::SweptBounds& cover, bool to_first) noexcept;
 
-  // Calls look(line, k) for each box k of a line that passes the ConservativeLineTest, possibly
-  // several times, until no remaining box can be met before time `first`, which look() may
+  // Calls visit(line, k) for each box k of a line that passes the CellLineSweepPrefilter, possibly
+  // several times, until no remaining box can be met before time `first`, which visit() may
   // decrease. Returns false if it gave up because the traversal would visit more cells than a loop
   // over all objects costs.
   template <class F>
-  bool traverse(const double& first, Work& work, F&& look);
+  bool traverse(const double& first, Work& work, F&& visit);
   // Number of cells visited at distances where block data would help.
   std::uint64_t far_cell_count() const noexcept { return far_cells_; }
 
@@ -91,16 +91,16 @@ class GridTraversal {
   void take_layer(F&& f);
   void list_cells() noexcept;
   template <class F>
-  void visit_listed(const ConservativeLineTest& ray_test, Work& work, F&& look);
+  void visit_listed(const CellLineSweepPrefilter& prefilter, Work& work, F&& visit);
   // Visits the lines of a bucket, first to last.
   template <class F>
-  void visit_chain(const ConservativeLineTest& ray_test, std::uint32_t bucket, Work& work,
-                   F&& look) const;
+  void visit_chain(const CellLineSweepPrefilter& prefilter, std::uint32_t bucket, Work& work,
+                   F&& visit) const;
 
   const Cells* cells_;
   const BlockOccupancy* blocks_;
   Cells::Worlds worlds_;
-  double lower_[3], upper_[3], by_[3];  // the SweptBounds, in units
+  double lower_[3], upper_[3], by_[3];  // the swept bounds, in units
   base::ContactInterval interval_;      // time interval
   const Sweep* sweep_;
   const base::SweptBounds* cover_;
@@ -125,26 +125,26 @@ void GridTraversal::take_layer(F&& f) {
 }
 
 template <class F>
-bool GridTraversal::traverse(const double& first, Work& work, F&& look) {
+bool GridTraversal::traverse(const double& first, Work& work, F&& visit) {
   if (worlds_.all) return false;
   if (cells_->has_wide())
-    visit_chain(ConservativeLineTest(RayTestTerms(*sweep_, *cover_, 1)), cells_->wide_bucket(),
-                work, look);
+    visit_chain(CellLineSweepPrefilter(SweepPrefilterTerms(*sweep_, *cover_, 1)),
+                cells_->wide_bucket(), work, visit);
   if (count_ == 0 && is_over()) return true;
-  const ConservativeLineTest ray_test(RayTestTerms(*sweep_, *cover_, interval_.leave));
+  const CellLineSweepPrefilter prefilter(SweepPrefilterTerms(*sweep_, *cover_, interval_.leave));
   for (;;) {
-    visit_listed(ray_test, work, look);
+    visit_listed(prefilter, work, visit);
     if (is_over() || first < cursors_[next_].begin) return true;
     list_cells();
     if (count_ != 0) continue;
     if (next_cells() >= left_) return false;
-    take_layer([&](std::uint32_t bucket) { visit_chain(ray_test, bucket, work, look); });
+    take_layer([&](std::uint32_t bucket) { visit_chain(prefilter, bucket, work, visit); });
   }
 }
 
 // Appends hits and chains without branches, as in Cells::search_few().
 template <class F>
-void GridTraversal::visit_listed(const ConservativeLineTest& ray_test, Work& work, F&& look) {
+void GridTraversal::visit_listed(const CellLineSweepPrefilter& prefilter, Work& work, F&& visit) {
   struct Hit {
     const CellLine* line;
     std::uint32_t k;
@@ -157,29 +157,29 @@ void GridTraversal::visit_listed(const ConservativeLineTest& ray_test, Work& wor
     cells_->prefetch(line.next);
     buckets_[count_] = line.next;
     count_ += line.next != 0;
-    const std::uint32_t bits = ray_test.passes(line);
+    const std::uint32_t bits = prefilter.passes(line);
     hits[hit_count] = {&line, 0};
     hit_count += bits & 1;
     hits[hit_count] = {&line, 1};
     hit_count += bits >> 1;
   }
   work.compared += 2 * std::uint64_t{i};
-  for (std::uint32_t h = 0; h < hit_count; ++h) look(*hits[h].line, hits[h].k);
-  for (; i < count_; ++i) visit_chain(ray_test, buckets_[i], work, look);
+  for (std::uint32_t h = 0; h < hit_count; ++h) visit(*hits[h].line, hits[h].k);
+  for (; i < count_; ++i) visit_chain(prefilter, buckets_[i], work, visit);
   count_ = 0;
 }
 
 template <class F>
-void GridTraversal::visit_chain(const ConservativeLineTest& ray_test, std::uint32_t bucket,
-                                Work& work, F&& look) const {
+void GridTraversal::visit_chain(const CellLineSweepPrefilter& prefilter, std::uint32_t bucket,
+                                Work& work, F&& visit) const {
   std::uint32_t i = bucket;
   ++work.visited;
   do {
     const CellLine& line = cells_->line(i);
-    const std::uint32_t bits = ray_test.passes(line);
+    const std::uint32_t bits = prefilter.passes(line);
     work.compared += 2;
-    if (bits & 1) look(line, 0);
-    if (bits & 2) look(line, 1);
+    if (bits & 1) visit(line, 0);
+    if (bits & 2) visit(line, 1);
     i = line.next;
   } while (i != 0);
 }

@@ -36,7 +36,7 @@ void LocalUpdate::match(const LocalUpdate& other) {
 }
 
 void LocalUpdate::search(const Scene& scene, const ObjectId* ids, std::size_t count,
-                         std::uint64_t max_work, grid::Cancellation& stop) {
+                         std::uint64_t max_work, base::Cancellation& stop) {
   if (work_.total() > max_work) return;
   const Objects& objects = scene.objects;
   Cells::CandidateBuckets candidate_lists[ahead];
@@ -101,13 +101,13 @@ std::uint32_t LocalUpdate::search_forest(const Scene& scene, ObjectId id, Object
 
 void LocalUpdate::report_begun(const Scene& scene, ObjectId id, ObjectId other) {
   if (!is_reporter(scene.objects, id, other)) return;
-  grid::prefetch(&scene.objects.body(other));
+  base::prefetch(&scene.objects.body(other));
   begun_.append({std::min(id, other), std::max(id, other), none});
 }
 void LocalUpdate::report_ended(const Scene& scene, ObjectId id, ObjectId other,
                                std::uint32_t slot) {
   if (!is_reporter(scene.objects, id, other)) return;
-  grid::prefetch(&scene.objects.body(other));
+  base::prefetch(&scene.objects.body(other));
   ended_.append({std::min(id, other), std::max(id, other), slot});
 }
 

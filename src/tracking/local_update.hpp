@@ -15,7 +15,7 @@ namespace throng::tracking {
 
 class LocalUpdate {
  public:
-  explicit LocalUpdate(grid::Memory& memory) noexcept
+  explicit LocalUpdate(base::Memory& memory) noexcept
       : begun_(memory), ended_(memory), hits_(memory), seen_(memory) {}
 
   // The objects are in the forest if it is not null, otherwise in the cells; their pairs are
@@ -30,9 +30,9 @@ class LocalUpdate {
   void start() noexcept;
   // Searches around the listed objects, all of which changed, and appends to the results. If both
   // objects of a pair changed, the one with the lower id reports it. Ends early when `stop` is set
-  // or the work exceeds `max_work`. Throws grid::AllocationFailed.
+  // or the work exceeds `max_work`. Throws base::AllocationFailed.
   void search(const Scene& scene, const ObjectId* ids, std::size_t count, std::uint64_t max_work,
-              grid::Cancellation& stop);
+              base::Cancellation& stop);
 
   // Events; begun pairs have no slot yet.
   const PodVector<LivePair>& begun() const noexcept { return begun_; }

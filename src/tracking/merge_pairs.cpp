@@ -31,10 +31,10 @@ struct MergeCursor {
 
   void prefetch_ahead(const MergeInput& in, const MergeOutput& out) const noexcept {
     static_assert(steps_at_once * sizeof(Pair) <= 64 && steps_at_once * sizeof(LivePair) <= 128);
-    grid::prefetch_l1(in.pairs + i + grid::pairs_ahead);
+    base::prefetch_l1(in.pairs + i + base::pairs_ahead);
     for (const std::size_t k : {std::size_t{0}, 64 / sizeof(LivePair)}) {
-      grid::prefetch_l1(in.existing + j + grid::pairs_ahead + k);
-      grid::prefetch(out.pairs + i + grid::pairs_ahead + k);
+      base::prefetch_l1(in.existing + j + base::pairs_ahead + k);
+      base::prefetch(out.pairs + i + base::pairs_ahead + k);
     }
   }
   // Branch-free: branches on the data would be mispredicted.

@@ -14,7 +14,7 @@ constexpr std::size_t all_ahead = 64;
 
 }  // namespace
 
-Objects::Objects(grid::Memory& memory, float margin) noexcept
+Objects::Objects(base::Memory& memory, float margin) noexcept
     : bodies_(memory),
       flags_(memory),
       filters_(memory),
@@ -83,9 +83,9 @@ inline bool Objects::replace(ObjectId id, const char* box, bool were_all_active,
                              std::int64_t& inactive) noexcept {
   char* const stored = reinterpret_cast<char*>(&bodies_[id].box);
   // Bitwise: values that compare equal, such as -0 and 0, may count as moved.
-  if (grid::same_in_memory(box, stored)) return false;
+  if (base::same_in_memory(box, stored)) return false;
   inactive +=
-      int{were_all_active || grid::active_in_memory(stored)} - int{grid::active_in_memory(box)};
+      int{were_all_active || base::active_in_memory(stored)} - int{base::active_in_memory(box)};
   std::memcpy(stored, box, sizeof(Box));
   return true;
 }
@@ -97,8 +97,8 @@ std::size_t Objects::move_range(const Boxes& boxes, std::size_t begin, std::size
     std::int64_t more = 0;
     const bool were_all_active = inactive_ == 0;
     for (std::size_t i = begin; i < end; ++i) {
-      if constexpr (std::is_reference_v<decltype(at(i))>) grid::prefetch_l1(&at(i + all_ahead));
-      grid::prefetch(bodies_.data() + i + all_ahead);
+      if constexpr (std::is_reference_v<decltype(at(i))>) base::prefetch_l1(&at(i + all_ahead));
+      base::prefetch(bodies_.data() + i + all_ahead);
       const auto& box = at(i);
       const std::uint8_t flags = flags_[i];
       if (!(flags & alive) || !replace(static_cast<ObjectId>(i),
@@ -130,7 +130,7 @@ void Objects::move_listed(const ObjectId* ids, const Boxes& boxes) noexcept {
 bool Objects::has_nan(const Boxes& boxes, std::size_t begin, std::size_t end) noexcept {
   const std::size_t stride = boxes.stride_bytes();
   if (const char* packed = boxes.packed_data())
-    return grid::nan_in_memory(packed + begin * stride, end - begin, stride);
+    return base::nan_in_memory(packed + begin * stride, end - begin, stride);
   bool any = false;
   for (std::size_t i = begin; i < end && !any; ++i) any = base::has_nan(boxes[i]);
   return any;

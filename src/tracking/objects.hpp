@@ -27,7 +27,7 @@ static_assert(sizeof(Body) == 32);
 
 class Objects {
  public:
-  Objects(grid::Memory& memory, float margin) noexcept;
+  Objects(base::Memory& memory, float margin) noexcept;
 
   // Reserves memory for `count` more objects; add() cannot fail then.
   void reserve_more(std::size_t count);
@@ -91,12 +91,12 @@ class Objects {
   // All ids, unused ones as inactive boxes, with the filters in use.
   Boxes view() const noexcept { return view_of(bodies_.data(), filters_.data(), limit()); }
   // Whether most ids are unused. Loops over all objects then use alive_ids(), valid after
-  // list_alive(), which throws grid::AllocationFailed.
+  // list_alive(), which throws base::AllocationFailed.
   bool sparse() const noexcept { return limit() > 4 * count_ + 1024; }
   void list_alive();
   const PodVector<ObjectId>& alive_ids() const noexcept { return alive_; }
   // A view of the objects in use, in the order of alive_ids(), which it makes. Throws
-  // grid::AllocationFailed.
+  // base::AllocationFailed.
   Boxes packed_view();
 
   // Objects added, removed, moved or given other filters; each once; in call order, or by id after
@@ -136,12 +136,12 @@ class Objects {
 
   // Prefetch the data of an object, or its flags only.
   void prefetch(ObjectId id) const noexcept {
-    grid::prefetch(&bodies_[id]);
-    grid::prefetch(&flags_[id]);
-    if (in_worlds() != 0 || needs_filters()) grid::prefetch(&filters_[id]);
+    base::prefetch(&bodies_[id]);
+    base::prefetch(&flags_[id]);
+    if (in_worlds() != 0 || needs_filters()) base::prefetch(&filters_[id]);
   }
   void prefetch_flags(std::uint64_t id) const noexcept {
-    if (id < limit()) grid::prefetch(&flags_[id]);
+    if (id < limit()) base::prefetch(&flags_[id]);
   }
 
   void reserve_for(const Objects& other);

@@ -15,7 +15,7 @@ constexpr std::size_t ahead = 8, slots_ahead = 16;
 
 }  // namespace
 
-PairSet::PairSet(grid::Memory& memory) noexcept
+PairSet::PairSet(base::Memory& memory) noexcept
     : edges_(memory),
       free_slots_(memory),
       sorted_(memory),
@@ -28,7 +28,7 @@ PairSet::PairSet(grid::Memory& memory) noexcept
 void PairSet::reserve_slots(std::size_t begun) {
   const std::size_t fresh = begun > free_slots_.size() ? begun - free_slots_.size() : 0;
   const std::size_t limit = slot_limit_ + fresh;
-  if (limit >= none) throw grid::AllocationFailed{limit * sizeof(Edge)};
+  if (limit >= none) throw base::AllocationFailed{limit * sizeof(Edge)};
   free_slots_.reserve(limit);
 }
 
@@ -70,7 +70,7 @@ void PairSet::unlink(Objects& objects, std::uint32_t slot) noexcept {
 void PairSet::prefetch_neighbours(std::uint32_t slot) const noexcept {
   const Edge& edge = edges_[slot + 1];
   for (const std::uint32_t other : {edge.next[0], edge.next[1], edge.previous[0], edge.previous[1]})
-    grid::prefetch(&edges_[other]);
+    base::prefetch(&edges_[other]);
 }
 
 void PairSet::link_all(Objects& objects) {
@@ -117,7 +117,7 @@ void PairSet::commit_linked(Objects& objects) {
     if (i + ahead < begun) {
       const LivePair& soon = next_begun_[i + ahead];
       for (const ObjectId id : {soon.first, soon.second})
-        grid::prefetch(&edges_[objects.body(id).first_edge]);
+        base::prefetch(&edges_[objects.body(id).first_edge]);
     }
     LivePair& pair = next_begun_[i];
     pair.slot = slot_for(i);
@@ -143,7 +143,7 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
   const MergeOutput out{scratch_.data(), next_begun_.data(), next_ended_.data()};
   MergePart parts[max_merge_parts];
   const unsigned part_count = divide(in, tasks, parts);
-  grid::parallel_for(
+  base::parallel_for(
       executor, std::min(tasks, part_count / 2), part_count / 2,
       [&](std::size_t p, unsigned) { merge(in, out, parts[2 * p], parts[2 * p + 1]); });
   std::size_t begun = 0, ended = 0;
@@ -156,16 +156,16 @@ void PairSet::commit_sorted(const Pair* pairs, std::size_t count, std::size_t id
   begun_.reserve(begun);
   ended_.reserve(ended);
   // Nothing fails from here on.
-  grid::parallel_for(executor, std::min(tasks, part_count), part_count,
+  base::parallel_for(executor, std::min(tasks, part_count), part_count,
                      [&](std::size_t p, unsigned) {
                        const MergePart& part = parts[p];
                        for (std::size_t k = 0; k < part.begun; ++k) {
                          const LivePair* const pair = next_begun_.data() + part.begin + k;
                          const std::size_t taken = part.begun_before + k;
-                         grid::prefetch_l1(pair + grid::pairs_ahead);
-                         grid::prefetch(begun_.data() + taken + grid::pairs_ahead);
+                         base::prefetch_l1(pair + base::pairs_ahead);
+                         base::prefetch(begun_.data() + taken + base::pairs_ahead);
                          if (k + slots_ahead < part.begun)
-                           grid::prefetch(&scratch_[pair[slots_ahead].slot]);
+                           base::prefetch(&scratch_[pair[slots_ahead].slot]);
                          const std::uint32_t slot = slot_for(taken);
                          scratch_[pair->slot].slot = slot;
                          begun_[taken] = {pair->first, pair->second, slot};

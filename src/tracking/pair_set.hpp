@@ -18,7 +18,7 @@ namespace throng::tracking {
 
 class PairSet {
  public:
-  explicit PairSet(grid::Memory& memory) noexcept;
+  explicit PairSet(base::Memory& memory) noexcept;
 
   std::size_t count() const noexcept { return count_; }
   std::size_t slot_limit() const noexcept { return slot_limit_; }
@@ -61,7 +61,7 @@ class PairSet {
     cursor.id = id;
     cursor.next = objects.body(id).first_edge;
     cursor.count = 0;
-    grid::prefetch(&edges_[cursor.next]);
+    base::prefetch(&edges_[cursor.next]);
   }
   // At the end of the list repeats edge 0: a branch on the end would be mispredicted.
   void step(EdgeCursor& cursor) const noexcept {
@@ -72,7 +72,7 @@ class PairSet {
     cursor.slots[cursor.count] = cursor.next - 1;
     cursor.count += cursor.next != 0;
     cursor.next = edge.next[is_second];
-    grid::prefetch(&edges_[cursor.next]);
+    base::prefetch(&edges_[cursor.next]);
   }
   // Calls f(other, slot) for all pairs of the object, buffered or not.
   template <class F>

@@ -2,7 +2,7 @@
 
 namespace throng::tracking {
 
-PairsByObject::PairsByObject(grid::Memory& memory) noexcept
+PairsByObject::PairsByObject(base::Memory& memory) noexcept
     : firsts_(memory), seconds_(memory), places_(memory) {}
 
 void PairsByObject::make(const PodVector<LivePair>& pairs, std::size_t limit) {

@@ -11,7 +11,7 @@ namespace throng::tracking {
 
 class PairsByObject {
  public:
-  explicit PairsByObject(grid::Memory& memory) noexcept;
+  explicit PairsByObject(base::Memory& memory) noexcept;
 
   // From sorted pairs; ids are below `limit`.
   void make(const PodVector<LivePair>& pairs, std::size_t limit);

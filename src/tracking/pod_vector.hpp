@@ -15,7 +15,7 @@ template <class T>
 class PodVector {
  public:
   static_assert(std::is_trivially_copyable_v<T>);
-  explicit PodVector(grid::Memory& memory) noexcept : buffer_(memory) {}
+  explicit PodVector(base::Memory& memory) noexcept : buffer_(memory) {}
 
   void reserve(std::size_t count) { buffer_.grow(count, size_); }
   // Makes the capacity at least `count`; discards the contents.
@@ -59,7 +59,7 @@ class PodVector {
   bool empty() const noexcept { return size_ == 0; }
 
  private:
-  grid::Buffer<T> buffer_;
+  base::Buffer<T> buffer_;
   std::size_t size_ = 0;
 };
 

@@ -6,9 +6,9 @@
 #include "base/packed_box.hpp"
 #include "base/threads.hpp"
 #include "grid/emit/pair_sink.hpp"
-#include "tracking/conservative_ray_test.hpp"
 #include "tracking/grid_traversal.hpp"
 #include "tracking/radix_sort.hpp"
+#include "tracking/sweep_prefilter.hpp"
 
 namespace throng::tracking {
 namespace {
@@ -31,17 +31,19 @@ double cost_of_changed(const Columns& columns) noexcept {
   return listed_object_ns * static_cast<double>(columns.changed.size());
 }
 double cost_of(const Columns& columns, const Box& box) noexcept {
-  return columns.look.cost(columns.look.columns_in(box)) + cost_of_changed(columns);
+  return columns.grid_query.cost(columns.grid_query.columns_in(box)) + cost_of_changed(columns);
 }
 // A sweep is divided into as many pieces as it crosses columns.
 double pieces(const Columns& columns, const Sweep& s) noexcept {
   const Vec3& at = s.box.lower;
-  return columns.look.columns_between(at, {at.x + s.by.x, at.y + s.by.y, at.z + s.by.z}) + 1.0;
+  return columns.grid_query.columns_between(at, {at.x + s.by.x, at.y + s.by.y, at.z + s.by.z}) +
+         1.0;
 }
 double cost_of(const Columns& columns, const Sweep& sweep) noexcept {
   const double count = pieces(columns, sweep);
   const Box piece = base::SweptBounds(sweep)(0, 1 / count);
-  return count * columns.look.cost(columns.look.columns_in(piece)) + cost_of_changed(columns);
+  return count * columns.grid_query.cost(columns.grid_query.columns_in(piece)) +
+         cost_of_changed(columns);
 }
 template <class Query>
 double min_cost(const Objects& objects, const std::optional<Columns>& columns,
@@ -117,11 +119,11 @@ struct Queries::SweepState {
 // sorted by id, without duplicates.
 template <class State, class Prepare, class Run>
 Work Queries::run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
-                  grid::Cancellation& stop, Prepare&& prepare, Run&& run_one) {
+                  base::Cancellation& stop, Prepare&& prepare, Run&& run_one) {
   hits_.clear();
   tasks = count < min_parallel_queries ? 1 : tasks;
   found_.make(tasks);
-  grid::run_tasks_or_throw(executor, tasks, [&](unsigned t) {
+  base::run_tasks_or_throw(executor, tasks, [&](unsigned t) {
     PodVector<SweepHit>& found = found_[t].hits;
     Work work;
     found.clear();
@@ -157,7 +159,7 @@ Work Queries::run(std::size_t count, std::size_t limit, const Executor& executor
 
 Work Queries::find_overlaps(const Objects& objects, const QueryIndex& query_index,
                             const Boxes& boxes, const Executor& executor, unsigned tasks,
-                            grid::Cancellation& stop) {
+                            base::Cancellation& stop) {
   // Overlaps are collected in hits_, which is cleared on exit, also when memory runs out.
   struct ClearOnExit {
     PodVector<SweepHit>& hits;
@@ -166,13 +168,13 @@ Work Queries::find_overlaps(const Objects& objects, const QueryIndex& query_inde
   const Cells* const cells = query_index.cells;
   const FilterCheck allowed(objects, boxes.filters);
   const bool expanded = objects.margin() != 0;
-  const auto prepare = [&](std::size_t i, OverlapState& look) {
+  const auto prepare = [&](std::size_t i, OverlapState& state) {
     const Box box = boxes[i];
     if (!cells || !base::is_active(box)) return;
-    look.worlds = worlds_of(objects, allowed.filter(i));
-    cells->candidates(box, look.worlds, look.candidates);
+    state.worlds = worlds_of(objects, allowed.filter(i));
+    cells->candidates(box, state.worlds, state.candidates);
   };
-  const auto run_one = [&](std::size_t i, OverlapState& look, PodVector<SweepHit>& found,
+  const auto run_one = [&](std::size_t i, OverlapState& state, PodVector<SweepHit>& found,
                            Work& work) {
     const Box box = boxes[i];
     if (!base::is_active(box)) return;
@@ -183,18 +185,18 @@ Work Queries::find_overlaps(const Objects& objects, const QueryIndex& query_inde
     const auto test_object = [&](ObjectId id) {
       ++work.compared;
       const bool overlaps =
-          grid::overlap_in_memory(reinterpret_cast<const char*>(&box),
+          base::overlap_in_memory(reinterpret_cast<const char*>(&box),
                                   reinterpret_cast<const char*>(&objects.body(id).box));
       if (overlaps && objects.is_active(id)) take(id);
     };
     // Both indexes store the boxes with their margin.
     const auto find = [&](ObjectId id) { expanded ? test_object(id) : take(id); };
     if (cells) {
-      cells->search(box, look.worlds, look.candidates, work, find);
+      cells->search(box, state.worlds, state.candidates, work, find);
     } else if (query_index.forest) {
       query_index.forest->search(box, filter, work, find);
     } else if (columns_pay(query_index, objects, box)) {
-      work.visited += query_index.columns->look.each(box, test_object);
+      work.visited += query_index.columns->grid_query.each(box, test_object);
       for (const ObjectId id : query_index.columns->changed) test_object(id);
     } else {
       for (std::size_t id = 0; id < objects.limit(); ++id) test_object(static_cast<ObjectId>(id));
@@ -239,7 +241,7 @@ class HitCollector {
   // Tests all objects.
   void test_all(const base::SweptBounds& cover, Work& work) {
     work.visited += objects_.limit();
-    ConservativeRayTest(RayTestTerms(sweep, cover, 1)).each(objects_, [this](ObjectId id) {
+    ObjectSweepPrefilter(SweepPrefilterTerms(sweep, cover, 1)).each(objects_, [this](ObjectId id) {
       test_object(id);
     });
   }
@@ -284,7 +286,7 @@ class HitCollector {
 }  // namespace
 
 Work Queries::find_hits(const Objects& objects, const QueryIndex& query_index, const Sweeps& sweeps,
-                        const Executor& executor, unsigned tasks, grid::Cancellation& stop,
+                        const Executor& executor, unsigned tasks, base::Cancellation& stop,
                         std::uint64_t& far) {
   const FilterCheck allowed(objects, sweeps.filters);
   const bool only_first = sweeps.which == SweepHits::first;
@@ -302,10 +304,10 @@ Work Queries::find_hits(const Objects& objects, const QueryIndex& query_index, c
                              Work& work) {
       if (!base::is_active(sweeps.data[i].box)) return;
       HitCollector collector(objects, sweeps, allowed, i, found);
-      const auto look = [&](const CellLine& line, std::uint32_t k) {
+      const auto visit = [&](const CellLine& line, std::uint32_t k) {
         collector.test_object(line, k);
       };
-      if (!state.traversal.traverse(collector.first(), work, look))
+      if (!state.traversal.traverse(collector.first(), work, visit))
         collector.test_all(state.cover, work);
       if (state.traversal.far_cell_count() != 0)
         far_cell_count.fetch_add(state.traversal.far_cell_count(), std::memory_order_relaxed);
@@ -336,7 +338,8 @@ Work Queries::find_hits(const Objects& objects, const QueryIndex& query_index, c
       const double piece = 1 / pieces(*query_index.columns, sweep);
       for (double end; collector.begin != 1; collector.begin = end) {
         end = std::min(collector.begin + piece, 1.0);
-        work.visited += query_index.columns->look.each(cover(collector.begin, end), test_object);
+        work.visited +=
+            query_index.columns->grid_query.each(cover(collector.begin, end), test_object);
         if (collector.first() <= end) break;  // later hits are not the first
       }
     } else {

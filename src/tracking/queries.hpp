@@ -23,7 +23,7 @@ void load_filter(Filter& filter, const Filters& from, std::size_t i) noexcept;
 
 // The grid columns of the last full search, and the objects that changed since.
 struct Columns {
-  grid::GridQuery look;
+  grid::GridQuery grid_query;
   const PodVector<ObjectId>& changed;
 };
 // Where queries find objects: an up-to-date index (cells or forest), otherwise columns, otherwise a
@@ -58,12 +58,12 @@ class Queries {
   const PodVector<SweepHit>& hits() const noexcept { return hits_; }
   void clear_hits() noexcept { hits_.clear(); }
 
-  // Throw grid::AllocationFailed. Once `stop` is set, the remaining queries are skipped.
+  // Throw base::AllocationFailed. Once `stop` is set, the remaining queries are skipped.
   Work find_overlaps(const Objects& objects, const QueryIndex& query_index, const Boxes& boxes,
-                     const Executor& executor, unsigned tasks, grid::Cancellation& stop);
+                     const Executor& executor, unsigned tasks, base::Cancellation& stop);
   // `far`: the sum of GridTraversal::far_cell_count() of all sweeps.
   Work find_hits(const Objects& objects, const QueryIndex& query_index, const Sweeps& sweeps,
-                 const Executor& executor, unsigned tasks, grid::Cancellation& stop,
+                 const Executor& executor, unsigned tasks, base::Cancellation& stop,
                  std::uint64_t& far);
 
  private:
@@ -71,18 +71,18 @@ class Queries {
   struct SweepState;
   template <class State, class Prepare, class Run>
   Work run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
-           grid::Cancellation& stop, Prepare&& prepare, Run&& run_one);
+           base::Cancellation& stop, Prepare&& prepare, Run&& run_one);
 
   grid::Engine& engine_;
   // Results and work of a task.
   struct Found {
-    explicit Found(grid::Memory& memory) noexcept : hits(memory) {}
+    explicit Found(base::Memory& memory) noexcept : hits(memory) {}
     void match(const Found& other) { hits.match(other.hits); }
 
     PodVector<SweepHit> hits;
     Work work;
   };
-  grid::PerThread<Found> found_;
+  base::PerThread<Found> found_;
   PodVector<Pair> overlaps_;
   PodVector<SweepHit> hits_;
 };

@@ -27,13 +27,13 @@ Pair* grow_list(void* list, std::size_t count) {
     auto& found = *static_cast<PodVector<Pair>*>(list);
     found.reserve_discard(grid::with_spare(count, found.capacity()));
     return found.data();
-  } catch (const grid::AllocationFailed&) {
+  } catch (const base::AllocationFailed&) {
     return nullptr;
   }
 }
 
 unsigned tasks_to_move(std::size_t objects, const Options& options) noexcept {
-  return objects < min_parallel_moves ? 1 : grid::threads_of(options);
+  return objects < min_parallel_moves ? 1 : base::threads_of(options);
 }
 
 // Estimates the cost of `count` queries from a sample of at most 16: cost(i).
@@ -64,13 +64,13 @@ bool Tracker::has_nan(const Boxes& boxes, const Options& options) noexcept {
   const unsigned tasks = tasks_to_move(n, options);
   if (tasks == 1) return Objects::has_nan(boxes, 0, n);
   std::atomic<bool> found{false};
-  grid::ChunkQueue shares(n, tasks, 1024);
+  base::ChunkQueue shares(n, tasks, 1024);
   auto task = [&](unsigned t) {
     for (std::size_t begin, end; shares.take(t, begin, end);) {
       if (Objects::has_nan(boxes, begin, end)) found = true;
     }
   };
-  grid::run_tasks(grid::executor_of(options), tasks, task);
+  base::run_tasks(base::executor_of(options), tasks, task);
   return found;
 }
 
@@ -81,7 +81,7 @@ void Tracker::move_all(const Boxes& boxes, const Options& options) noexcept {
   const unsigned tasks = tasks_to_move(n, options);
   std::atomic<std::size_t> dirty{0};
   std::atomic<std::int64_t> inactive{0};
-  grid::ChunkQueue shares(n, tasks, 1024);
+  base::ChunkQueue shares(n, tasks, 1024);
   auto task = [&](unsigned t) {
     for (std::size_t begin, end; shares.take(t, begin, end);) {
       std::int64_t more;
@@ -89,7 +89,7 @@ void Tracker::move_all(const Boxes& boxes, const Options& options) noexcept {
       inactive += more;
     }
   };
-  grid::run_tasks(grid::executor_of(options), tasks, task);
+  base::run_tasks(base::executor_of(options), tasks, task);
   objects_.count_marked(dirty, inactive);
 }
 
@@ -97,7 +97,7 @@ void Tracker::update(const Options& options, Result& r) {
   THRONG_RANGE("update");
   using Clock = std::chrono::steady_clock;
   const auto start = options.measure_stages ? Clock::now() : Clock::time_point{};
-  const unsigned tasks = grid::threads_of(options);
+  const unsigned tasks = base::threads_of(options);
   r.plan.threads = tasks;
   r.plan.algorithm = Algorithm::grid;
   r.plan.reason = "nothing changed";
@@ -106,7 +106,7 @@ void Tracker::update(const Options& options, Result& r) {
     pairs_.commit_nothing();
   } else {
     const unsigned team = changed < min_parallel_searches ? 1 : tasks;
-    grid::ParallelRegion::run(grid::executor_of(options), team, [&](const Executor& executor) {
+    base::ParallelRegion::run(base::executor_of(options), team, [&](const Executor& executor) {
       Options adjusted = options;
       adjusted.executor = &executor;
       apply_changes(adjusted, tasks, r);
@@ -176,7 +176,7 @@ void Tracker::build_index(const Options& options) {
   blocks_valid_ = false;
   if (objects_.sparse()) objects_.list_alive();
   if (try_cells &&
-      cells_.make(objects_, CostModel::allowed_comparisons(sizes()), grid::executor_of(options),
+      cells_.make(objects_, CostModel::allowed_comparisons(sizes()), base::executor_of(options),
                   tasks_to_move(objects_.limit(), options)))
     index_ = Index::cells;
   else
@@ -280,10 +280,10 @@ bool Tracker::search_incrementally(const Options& options, unsigned tasks, doubl
   for (unsigned t = 0; t < tasks; ++t) local_updates_[t].start();
   const bool in_forest = index_ == Index::forest;
   const LocalUpdate::Scene scene{objects_, pairs_, cells_, in_forest ? &forest_ : nullptr};
-  grid::Cancellation stop(options.stop);
+  base::Cancellation stop(options.stop);
   const std::uint64_t max_work = CostModel::max_work(budget_ns, tasks);
-  grid::ChunkQueue shares(dirty.size(), tasks, tasks == 1 ? dirty.size() : search_chunk);
-  grid::run_tasks_or_throw(grid::executor_of(options), tasks, [&](unsigned t) {
+  base::ChunkQueue shares(dirty.size(), tasks, tasks == 1 ? dirty.size() : search_chunk);
+  base::run_tasks_or_throw(base::executor_of(options), tasks, [&](unsigned t) {
     for (std::size_t begin, end; shares.take(t, begin, end);)
       local_updates_[t].search(scene, dirty.data() + begin, end - begin, max_work, stop);
   });
@@ -344,7 +344,7 @@ void Tracker::find_all(const Options& options, unsigned tasks, Result& r) {
     const PodVector<ObjectId>& ids = objects_.alive_ids();
     for (Pair& pair : found_) pair = {ids[pair.first], ids[pair.second]};
   }
-  pairs_.commit_sorted(found_.data(), found_.size(), objects_.limit(), grid::executor_of(options),
+  pairs_.commit_sorted(found_.data(), found_.size(), objects_.limit(), base::executor_of(options),
                        tasks);
   links_valid_ = object_pairs_valid_ = false;
   costs_.begin_lists();
@@ -428,7 +428,7 @@ void Tracker::note_cells_visited(std::uint64_t cells) noexcept {
   try {
     cells_.make_blocks(objects_);
     blocks_valid_ = true;
-  } catch (const grid::AllocationFailed&) {  // the sweeps are complete without blocks
+  } catch (const base::AllocationFailed&) {  // the sweeps are complete without blocks
   }
 }
 
@@ -441,7 +441,7 @@ void Tracker::note_excess_cost(const Queries& caller, const Work& work, double e
   if (cost <= expected) return;
   try {
     note_query_cost(caller, 0, cost - expected, options);
-  } catch (const grid::AllocationFailed&) {  // the queries are complete without cells
+  } catch (const base::AllocationFailed&) {  // the queries are complete without cells
   }
 }
 
@@ -456,7 +456,7 @@ void Tracker::note_query_work(const Work& work, std::size_t queries, std::size_t
   costs_.begin_forest();
   try {
     build_forest(false);
-  } catch (const grid::AllocationFailed&) {  // the queries are complete without a forest
+  } catch (const base::AllocationFailed&) {  // the queries are complete without a forest
   }
 }
 
@@ -492,7 +492,7 @@ bool Tracker::build_object_pairs() noexcept {
   costs_.begin_lists();
   try {
     by_object_.make(pairs_.sorted_list(), objects_.limit());
-  } catch (const grid::AllocationFailed&) {
+  } catch (const base::AllocationFailed&) {
     return false;  // a scan of all pairs still works
   }
   object_pairs_valid_.store(true, std::memory_order_release);
@@ -515,11 +515,11 @@ void Tracker::find_overlaps(Queries& caller, const Boxes& boxes, const Options& 
     note_query_cost(caller, boxes.size(), expected, options);
     single_queries = index_ != Index::absent || cost < all;
   }
-  grid::Cancellation stop(options.stop);
+  base::Cancellation stop(options.stop);
   if (single_queries) {
     const Work work =
-        caller.find_overlaps(objects_, query_index(), boxes, grid::executor_of(options),
-                             grid::threads_of(options), stop);
+        caller.find_overlaps(objects_, query_index(), boxes, base::executor_of(options),
+                             base::threads_of(options), stop);
     r.comparisons = work.compared;
     r.visited = work.visited;
     note_query_work(work, boxes.size(), caller.overlaps().size());
@@ -543,10 +543,10 @@ void Tracker::find_hits(Queries& caller, const Sweeps& sweeps, const Options& op
   const double cost =
       cost_of(sweeps.count, [&](std::size_t i) { return now.cost(objects_, sweeps.data[i]); });
   note_query_cost(caller, sweeps.count, cost, options);
-  grid::Cancellation stop(options.stop);
+  base::Cancellation stop(options.stop);
   std::uint64_t far = 0;
-  const Work work = caller.find_hits(objects_, query_index(), sweeps, grid::executor_of(options),
-                                     grid::threads_of(options), stop, far);
+  const Work work = caller.find_hits(objects_, query_index(), sweeps, base::executor_of(options),
+                                     base::threads_of(options), stop, far);
   r.comparisons = work.compared;
   r.visited = work.visited;
   note_cells_visited(far);

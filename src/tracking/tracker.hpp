@@ -36,9 +36,9 @@ class Tracker {
     return objects_;
   }
   PairSet& pairs() noexcept { return pairs_; }
-  grid::Memory& memory() noexcept { return engine_.memory(); }
+  base::Memory& memory() noexcept { return engine_.memory(); }
 
-  // Throws grid::AllocationFailed and then changes nothing.
+  // Throws base::AllocationFailed and then changes nothing.
   void update(const Options& options, Result& result);
   // Whether any box contains a NaN.
   static bool has_nan(const Boxes& boxes, const Options& options) noexcept;
@@ -50,7 +50,7 @@ class Tracker {
   std::size_t pairs_of(ObjectId id, LivePair* out, std::size_t capacity) noexcept;
 
   // Queries; see queries.hpp. Thread-safe against each other with one Queries each, while no other
-  // call runs. Throw grid::AllocationFailed.
+  // call runs. Throw base::AllocationFailed.
   void find_overlaps(Queries& caller, const Boxes& boxes, const Options& options, Result& result);
   void find_hits(Queries& caller, const Sweeps& sweeps, const Options& options, Result& result);
   Queries& queries() noexcept { return queries_; }
@@ -94,7 +94,7 @@ class Tracker {
   BvhForest forest_;
   PodVector<ObjectId> insert_queue_;  // scratch: objects to insert into the forest
   Queries queries_;
-  grid::PerThread<LocalUpdate> local_updates_;
+  base::PerThread<LocalUpdate> local_updates_;
   PodVector<Pair> found_;
   std::mutex prepare_mutex_;                     // guards what concurrent queries share
   std::atomic<bool> placement_valid_{false};     // changed objects are in the index

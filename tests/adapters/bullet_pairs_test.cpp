@@ -25,9 +25,9 @@ bool touch(const btBroadphaseProxy& a, const btBroadphaseProxy& b) {
 // Refuses pairs by its own rule; counts the calls.
 struct RefusingFilter : btOverlapFilterCallback {
   int modulus = 3;
-  mutable int asked = 0;
+  mutable int calls = 0;
   bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
-    ++asked;
+    ++calls;
     return modulus == 0 || (a->m_uniqueId + b->m_uniqueId) % modulus != 0;
   }
 };
@@ -84,7 +84,7 @@ class RandomCalls {
   void step() {
     for (int i = random_.between(0, 12); i > 0; --i) act();
     if (random_.one_in(8)) swap_filter();
-    if (random_.one_in(3)) ask();  // with an update since, or without
+    if (random_.one_in(3)) run_queries();  // with an update since, or without
     const Uids before = held(phase_);
     phase_.calculateOverlappingPairs(nullptr);
     Uids wanted;
@@ -101,7 +101,7 @@ class RandomCalls {
     }
     ASSERT_EQ(held(phase_), wanted);
     total_ += wanted.size();
-    ask();
+    run_queries();
   }
   std::size_t total() const { return total_; }
 
@@ -167,7 +167,7 @@ class RandomCalls {
                                                                          : nullptr);
   }
 
-  void ask() {
+  void run_queries() {
     btVector3 lower, upper;
     place(lower, upper);
     Listener listener;
@@ -248,7 +248,7 @@ TEST(BulletPairs, concurrent_queries) {
       if (random.one_in(1 + round)) phase.setAabb(p, lower, lower + one, nullptr);
     }
     std::atomic<int> wrong{0}, met{0};
-    const auto ask = [&](std::uint64_t seed) {
+    const auto run_queries = [&](std::uint64_t seed) {
       Random mine(seed);
       for (int k = 0; k < 30; ++k) {
         const btVector3 lower = corner(mine, 40), upper = lower + btVector3(3, 2, 4);
@@ -264,8 +264,8 @@ TEST(BulletPairs, concurrent_queries) {
       }
     };
     std::vector<std::thread> threads;
-    for (std::uint64_t t = 1; t < 4; ++t) threads.emplace_back(ask, 10 * t);
-    ask(0);
+    for (std::uint64_t t = 1; t < 4; ++t) threads.emplace_back(run_queries, 10 * t);
+    run_queries(0);
     for (std::thread& thread : threads) thread.join();
     ASSERT_EQ(wrong, 0) << "round " << round;
     ASSERT_GT(met, 10);
@@ -279,10 +279,10 @@ TEST(BulletPairs, a_callback_with_changing_results) {
   btBroadphaseProxy *a = add(phase, 0, 2), *b = add(phase, 1, 3);
   phase.calculateOverlappingPairs(nullptr);
   EXPECT_TRUE(held(phase).empty());  // 1 + 2 is a multiple of 3
-  EXPECT_EQ(refusing_filter.asked, 1);
+  EXPECT_EQ(refusing_filter.calls, 1);
   refusing_filter.modulus = 0;
   phase.calculateOverlappingPairs(nullptr);
-  EXPECT_EQ(refusing_filter.asked, 1);  // neither has moved
+  EXPECT_EQ(refusing_filter.calls, 1);  // neither has moved
   put(phase, a, 0, btScalar(2.5));
   phase.calculateOverlappingPairs(nullptr);
   EXPECT_EQ(held(phase), (Uids{{1, 2}}));

@@ -1,4 +1,4 @@
-// The separate rules by which a class grid loses no pair and reports none twice.
+// The separate rules by which a size-class grid loses no pair and reports none twice.
 #include "base/size_class_grid.hpp"
 
 #include <gtest/gtest.h>
@@ -149,7 +149,7 @@ TEST(SizeClassGrid, EveryBoxBelongsToAClassInWhichItSpansTwoCells) {
 }
 
 // The central lemma of the grid.
-TEST(SizeClassGrid, OwnerCellIsInTheSearchedRange) {
+TEST(SizeClassGrid, StorageCellIsInTheSearchedRange) {
   Random r(3);
   int overlapping = 0, at_first = 0, at_last = 0;
   for (int round = 0; round < 3000; ++round) {
@@ -164,11 +164,11 @@ TEST(SizeClassGrid, OwnerCellIsInTheSearchedRange) {
         const CellSpan to = cells_of(grid, b);
         const SizeClass& c = grid.classes[class_of(grid, to)];
         for (int k = 0; k < 3; ++k) {
-          const int owner_cell = to.lower[k] >> c.shift[k];
-          ASSERT_GE(owner_cell, (from.lower[k] >> c.shift[k]) - 1);
-          ASSERT_LE(owner_cell, from.upper[k] >> c.shift[k]);
-          at_first += owner_cell == (from.lower[k] >> c.shift[k]) - 1;
-          at_last += owner_cell == (from.upper[k] >> c.shift[k]);
+          const int storage_cell = to.lower[k] >> c.shift[k];
+          ASSERT_GE(storage_cell, (from.lower[k] >> c.shift[k]) - 1);
+          ASSERT_LE(storage_cell, from.upper[k] >> c.shift[k]);
+          at_first += storage_cell == (from.lower[k] >> c.shift[k]) - 1;
+          at_last += storage_cell == (from.upper[k] >> c.shift[k]);
         }
       }
     }

@@ -178,7 +178,8 @@ TEST(Commands, SearchIsTheDefault) {
   const Output output = run({"--scene", "nothing"});
   EXPECT_EQ(output.status, 2);
   ASSERT_FALSE(output.lines.empty());
-  EXPECT_EQ(output.lines.back().rfind("throng-bench search: no scene has the name 'nothing'", 0), 0u)
+  EXPECT_EQ(output.lines.back().rfind("throng-bench search: no scene has the name 'nothing'", 0),
+            0u)
       << output.lines.back();
 }
 

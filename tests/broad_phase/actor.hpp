@@ -11,14 +11,14 @@
 
 namespace throng::tests {
 
-template <class Machine>
+template <class Implementation>
 class ActorOf {
  public:
   template <class... More>
   ActorOf(const Options& options, std::uint64_t seed, float side, const More&... more)
       : broad_phase(options, more...), model(options.margin), random(seed), side_(side) {}
 
-  Machine broad_phase;
+  Implementation broad_phase;
   Model model;
   Random random;
   bool in_worlds = true;  // whether filters set worlds
@@ -176,14 +176,14 @@ class ActorOf {
     }
     return result;
   }
-  testing::AssertionResult update(bool look_at_pairs = true) {
+  testing::AssertionResult update(bool compare_pairs = true) {
     const Result r = broad_phase.update();
     if (!r.ok()) return testing::AssertionFailure() << "update: " << r.message;
     model.update();
-    if (testing::AssertionResult a = model.check(broad_phase, look_at_pairs); !a)
+    if (testing::AssertionResult a = model.check(broad_phase, compare_pairs); !a)
       return a << " (" << r.plan.reason << ")";
     // the device class does not count inactive objects
-    if constexpr (!std::is_same_v<Machine, BroadPhase>) {
+    if constexpr (!std::is_same_v<Implementation, BroadPhase>) {
       if (r.found != broad_phase.pair_count())
         return testing::AssertionFailure() << r.found << " pairs found";
       return testing::AssertionSuccess();

@@ -18,10 +18,10 @@
 namespace throng::tests {
 
 inline std::vector<Row> rows(const throng_live_pair* pairs, size_t count) {
-  std::vector<Row> told;
+  std::vector<Row> list;
   for (size_t i = 0; i < count; ++i)
-    told.emplace_back(pairs[i].first, pairs[i].second, pairs[i].slot);
-  return told;
+    list.emplace_back(pairs[i].first, pairs[i].second, pairs[i].slot);
+  return list;
 }
 inline throng_boxes view(const std::vector<Box>& boxes) {
   return throng_boxes_packed(reinterpret_cast<const throng_box*>(boxes.data()), boxes.size());
@@ -48,7 +48,7 @@ class CBroadPhase : public testing::Test {
   void TearDown() override { throng_broad_phase_destroy(c_); }
 
   std::string message() const { return throng_broad_phase_result(c_)->message; }
-  std::vector<Row> told(const throng_live_pair* (*get)(const throng_broad_phase*, size_t*)) {
+  std::vector<Row> event_rows(const throng_live_pair* (*get)(const throng_broad_phase*, size_t*)) {
     size_t count = 0;
     const throng_live_pair* const pairs = get(c_, &count);
     return rows(pairs, count);
@@ -56,8 +56,8 @@ class CBroadPhase : public testing::Test {
   void update_both_and_compare() {
     ASSERT_EQ(throng_broad_phase_update(c_), THRONG_OK) << message();
     ASSERT_TRUE(cpp_.update().ok());
-    EXPECT_EQ(told(throng_broad_phase_begun), rows(cpp_.begun()));
-    EXPECT_EQ(told(throng_broad_phase_ended), rows(cpp_.ended()));
+    EXPECT_EQ(event_rows(throng_broad_phase_begun), rows(cpp_.begun()));
+    EXPECT_EQ(event_rows(throng_broad_phase_ended), rows(cpp_.ended()));
     size_t count = 0;
     const throng_live_pair* const pairs = throng_broad_phase_pairs(c_, &count);
     EXPECT_EQ(rows(pairs, count), rows(cpp_.pairs()));

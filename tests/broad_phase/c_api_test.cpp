@@ -131,16 +131,16 @@ TEST_F(CBroadPhase, CopiesAreSnapshots) {
   throng_boxes c_view = view(boxes_);
   ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK);
   ASSERT_EQ(throng_broad_phase_update(c_), THRONG_OK);
-  const std::vector<Row> before = told(throng_broad_phase_begun);
+  const std::vector<Row> before = event_rows(throng_broad_phase_begun);
   throng_broad_phase* const saved = throng_broad_phase_create(nullptr);
   ASSERT_EQ(throng_broad_phase_copy(saved, c_), THRONG_OK);
   const std::uint32_t id = 0;
   EXPECT_EQ(throng_broad_phase_remove(c_, &id, 1), THRONG_OK);
   EXPECT_EQ(throng_broad_phase_update(c_), THRONG_OK);
-  EXPECT_NE(told(throng_broad_phase_begun), before);
+  EXPECT_NE(event_rows(throng_broad_phase_begun), before);
   EXPECT_EQ(throng_broad_phase_copy(c_, saved), THRONG_OK);
   throng_broad_phase_destroy(saved);
-  EXPECT_EQ(told(throng_broad_phase_begun), before);
+  EXPECT_EQ(event_rows(throng_broad_phase_begun), before);
   EXPECT_TRUE(throng_broad_phase_is_alive(c_, 0));
   EXPECT_EQ(throng_broad_phase_copy(c_, nullptr), THRONG_BAD_BOXES);
 }

@@ -232,10 +232,11 @@ TEST(BroadPhaseCalls, WrongBoxes) {
   // For a list, the message names the index and the id.
   const ObjectId other_order[] = {1, 0};
   const BoxList listed = {three[1], boxes[1]};
-  const Result told = w.b.move(other_order, listed);
-  refused(told, Status::nan_box, 1);
-  EXPECT_NE(std::string(told.message).find("box 1 of the list, for id 0"), std::string::npos)
-      << told.message;
+  const Result refused_move = w.b.move(other_order, listed);
+  refused(refused_move, Status::nan_box, 1);
+  EXPECT_NE(std::string(refused_move.message).find("box 1 of the list, for id 0"),
+            std::string::npos)
+      << refused_move.message;
   // The box of an id that is not alive is ignored.
   boxes = three;
   boxes[2].lower.x = std::nanf("");

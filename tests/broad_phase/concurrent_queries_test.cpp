@@ -54,17 +54,18 @@ void query_concurrently(std::uint64_t seed, bool filtered, std::size_t objects,
       ASSERT_TRUE(actor.update());
     }
     const Snapshot before(actor.broad_phase);
-    std::vector<RandomQueries> asked;
-    for (std::size_t k = 0; k < client_count; ++k) asked.emplace_back(actor, query_count, filtered);
-    testing::AssertionResult told[client_count] = {
+    std::vector<RandomQueries> queries;
+    for (std::size_t k = 0; k < client_count; ++k)
+      queries.emplace_back(actor, query_count, filtered);
+    testing::AssertionResult results[client_count] = {
         testing::AssertionSuccess(), testing::AssertionSuccess(), testing::AssertionSuccess(),
         testing::AssertionSuccess()};
     at_once([&](std::size_t k) {
       QueryClient client{actor.broad_phase, queries[k]};
-      for (int again = 0; again < 3 && told[k]; ++again)
-        told[k] = same_answers(client, actor.model, asked[k]);
+      for (int again = 0; again < 3 && results[k]; ++again)
+        results[k] = same_answers(client, actor.model, queries[k]);
     });
-    for (const testing::AssertionResult& t : told) ASSERT_TRUE(t) << "step " << step;
+    for (const testing::AssertionResult& t : results) ASSERT_TRUE(t) << "step " << step;
     ASSERT_EQ(Snapshot(actor.broad_phase), before);
   }
   ASSERT_TRUE(actor.update());
@@ -254,13 +255,13 @@ TEST(BroadPhaseConcurrentQueries, QueriesInTasksOfAWaitingThread) {
     const BroadPhase* b = nullptr;
     BroadPhaseQuery query;
     std::vector<Sweep> sweeps;
-    std::size_t asked = 0;
+    std::size_t nested_queries = 0;
     static void run(void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
       auto& me = *static_cast<Scheduler*>(self);
       if (me.b) {
         const Result r = me.query.find_hits(*me.b, me.sweeps.data(), 1);
         EXPECT_TRUE(r.ok()) << r.message;
-        ++me.asked;
+        ++me.nested_queries;
       }
       for (unsigned i = 0; i < count; ++i) task(context, i);
     }
@@ -283,7 +284,7 @@ TEST(BroadPhaseConcurrentQueries, QueriesInTasksOfAWaitingThread) {
   for (int k = 0; k < 3; ++k) {  // the first one builds cells
     ASSERT_TRUE(query.find_hits(b, scheduler.sweeps.data(), scheduler.sweeps.size()).ok());
   }
-  EXPECT_EQ(scheduler.asked, 3u);
+  EXPECT_EQ(scheduler.nested_queries, 3u);
   const std::size_t found = query.hits().size();
   ASSERT_TRUE(b.find_hits(scheduler.sweeps.data(), scheduler.sweeps.size()).ok());
   EXPECT_EQ(b.hits().size(), found);

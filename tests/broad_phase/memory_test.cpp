@@ -114,7 +114,7 @@ TEST(BroadPhaseMemory, QueriesRunOut) {
     r = actor.broad_phase.update();
     ASSERT_TRUE(r.ok());
   }
-  const auto ask = [&] {
+  const auto run_queries = [&] {
     for (int k = 0; k < 30; ++k) {
       const BoxList boxes = {cube(actor.random.point(0, 22), 2)};
       ASSERT_TRUE(same_overlaps(actor.broad_phase, actor.model, boxes, {}, false)) << k;
@@ -123,7 +123,7 @@ TEST(BroadPhaseMemory, QueriesRunOut) {
   const Box region = cube(5, 5, 5, 2);
   for (int k = 0; r.ok(); ++k) {
     ASSERT_LT(k, 400);
-    ask();
+    run_queries();
     ASSERT_TRUE(actor.broad_phase.update().ok());
     ASSERT_TRUE(actor.add(20, false));
     memory.fail(0, true);
@@ -132,7 +132,7 @@ TEST(BroadPhaseMemory, QueriesRunOut) {
   }
   EXPECT_EQ(r.status, Status::out_of_memory);
   EXPECT_NE(std::string(r.message).find("query fewer"), std::string::npos) << r.message;
-  ask();
+  run_queries();
 }
 
 // The suggested fix applies to the call: an update cannot deliver pairs in blocks.
@@ -238,7 +238,7 @@ TEST(BroadPhaseMemory, SnapshotAndRollback) {
     ASSERT_TRUE(actor.move(5));  // unreported changes are part of it
     ASSERT_TRUE(actor.remove(2));
     const BroadPhase saved = actor.broad_phase;
-    const Actor twin = actor;
+    const Actor saved_actor = actor;
     std::vector<Snapshot> first;
     for (int round = 0; round < 2; ++round) {
       for (int k = 0; k < 30; ++k) {
@@ -255,7 +255,7 @@ TEST(BroadPhaseMemory, SnapshotAndRollback) {
         else
           ASSERT_EQ(Snapshot(actor.broad_phase), first[static_cast<std::size_t>(k)]);
       }
-      actor = twin;
+      actor = saved_actor;
       actor.broad_phase = saved;
     }
   }

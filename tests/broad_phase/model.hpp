@@ -118,10 +118,10 @@ class Model {
   }
   std::size_t inactive() const { return inactive_; }
 
-  // Compares all results of the last update except slots. A machine is a BroadPhase or a class with
-  // the same calls.
-  template <class Machine>
-  testing::AssertionResult check_results(Machine& b) const {
+  // Compares all results of the last update except slots. An Implementation is a BroadPhase or
+  // a class with the same calls.
+  template <class Implementation>
+  testing::AssertionResult check_results(Implementation& b) const {
     if (testing::AssertionResult r = same(b.ended(), ended_, "ended"); !r) return r;
     if (testing::AssertionResult r = same(b.begun(), begun_, "begun"); !r) return r;
     if (b.pair_count() != pairs_.size())
@@ -131,8 +131,8 @@ class Model {
     return same(b.pairs(), pairs(), "pairs");
   }
   // The same, with pairs() only if wanted; and checks slots across updates.
-  template <class Machine>
-  testing::AssertionResult check(Machine& b, bool look_at_pairs = true) {
+  template <class Implementation>
+  testing::AssertionResult check(Implementation& b, bool compare_pairs = true) {
     if (testing::AssertionResult r = same(b.ended(), ended_, "ended"); !r) return r;
     if (testing::AssertionResult r = same(b.begun(), begun_, "begun"); !r) return r;
     std::set<std::uint32_t> ended_now;
@@ -156,7 +156,7 @@ class Model {
     if (b.slot_limit() > max_slots_)
       return testing::AssertionFailure()
              << b.slot_limit() << " slots where " << max_slots_ << " suffice";
-    if (!look_at_pairs) return testing::AssertionSuccess();
+    if (!compare_pairs) return testing::AssertionSuccess();
     if (testing::AssertionResult r = check_results(b); !r) return r;
     for (const LivePair& p : b.pairs())
       if (const auto it = slots_.find(p.slot);

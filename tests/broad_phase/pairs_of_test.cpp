@@ -66,9 +66,9 @@ TEST(BroadPhasePairsOf, NothingIsWrittenBeyondTheCapacity) {
   EXPECT_EQ(BroadPhase().pairs_of(0, nullptr, 0), 0u);
   for (int again = 0; again < 300; ++again) {  // by scanning, then by an index
     std::vector<LivePair> out(41, LivePair{9, 9, 9});
-    for (const std::size_t room : {0, 1, 38, 39}) {
-      ASSERT_EQ(b.pairs_of(20, out.data(), room), 39u);
-      for (std::size_t i = room; i < out.size(); ++i) ASSERT_EQ(out[i].slot, 9u);
+    for (const std::size_t capacity : {0, 1, 38, 39}) {
+      ASSERT_EQ(b.pairs_of(20, out.data(), capacity), 39u);
+      for (std::size_t i = capacity; i < out.size(); ++i) ASSERT_EQ(out[i].slot, 9u);
       std::fill(out.begin(), out.end(), LivePair{9, 9, 9});
     }
   }
@@ -89,7 +89,7 @@ TEST(BroadPhasePairsOf, SeveralThreadsAtOnce) {
       for (const ObjectId id : {p.first, p.second})
         want[id].emplace_back(p.first, p.second, p.slot);
     std::atomic<int> wrong{0};
-    const auto ask = [&](std::size_t from) {
+    const auto run_queries = [&](std::size_t from) {
       BroadPhaseQuery query(one);
       for (std::size_t k = 0; k < 700; ++k) {
         const auto id = static_cast<ObjectId>((from + k) % boxes.size());
@@ -98,8 +98,8 @@ TEST(BroadPhasePairsOf, SeveralThreadsAtOnce) {
         if (k % 16 == 0 && !query.find_hits(b, &ray, 1).ok()) ++wrong;
       }
     };
-    std::thread other(ask, 1500);
-    ask(0);
+    std::thread other(run_queries, 1500);
+    run_queries(0);
     other.join();
     EXPECT_EQ(wrong, 0);
     EXPECT_EQ(Snapshot(b), Snapshot(copy));

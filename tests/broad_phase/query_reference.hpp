@@ -61,7 +61,8 @@ testing::AssertionResult same_overlaps(Queryable& b, const Model& model,
   const Result r = b.find_overlaps(view);
   if (!r.ok()) return testing::AssertionFailure() << r.message;
   const std::vector<Pair> got = to_vector(b.overlaps());
-  if (testing::AssertionResult told = Model::check_query(r, got.size()); !told) return told;
+  if (testing::AssertionResult checked = Model::check_query(r, got.size()); !checked)
+    return checked;
   if (!std::is_sorted(got.begin(), got.end())) return testing::AssertionFailure() << "not sorted";
   return same_pairs(got, want);
 }
@@ -102,9 +103,9 @@ testing::AssertionResult same_hits(Queryable& b, const Model& model,
       if (!wanted(item_of(sweeps[i].box, filters[i]), item_of(o.box, o.filter))) continue;
       const auto number = static_cast<std::uint32_t>(i);
       if (test.when) {
-        const double told = test.when(test.context, number, id, time);
-        if (std::isnan(told) || told > 1) continue;
-        time = std::fmax(time, told);
+        const double exact_time = test.when(test.context, number, id, time);
+        if (std::isnan(exact_time) || exact_time > 1) continue;
+        time = std::fmax(time, exact_time);
       }
       all.push_back({number, id, time});
       if (time < best.time) best = all.back();
@@ -121,7 +122,8 @@ testing::AssertionResult same_hits(Queryable& b, const Model& model,
     const Result r = b.find_hits(sweeps.data(), sweeps.size(), which, view_of(filters), test);
     if (!r.ok()) return testing::AssertionFailure() << r.message;
     const std::vector<SweepHit>& want = which == SweepHits::all ? all : first;
-    if (testing::AssertionResult told = Model::check_query(r, b.hits().size()); !told) return told;
+    if (testing::AssertionResult checked = Model::check_query(r, b.hits().size()); !checked)
+      return checked;
     if (!same(b.hits(), want))
       return testing::AssertionFailure() << (which == SweepHits::all ? "all: " : "first: ")
                                          << b.hits().size() << " hits instead of " << want.size();

@@ -311,9 +311,9 @@ TEST(BroadPhaseQuery, GrazingSweeps) {
       }
       grazing += hit && en * ld == ln * ed;
       hit = hit && en * ld <= ln * ed;
-      const bool told = at < hits.size() && hits[at].sweep == i && hits[at].object == id;
-      ASSERT_EQ(told, hit) << "sweep " << i << ", object " << id;
-      at += told;
+      const bool reported = at < hits.size() && hits[at].sweep == i && hits[at].object == id;
+      ASSERT_EQ(reported, hit) << "sweep " << i << ", object " << id;
+      at += reported;
     }
   }
   EXPECT_EQ(at, hits.size());

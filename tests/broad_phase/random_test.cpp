@@ -156,17 +156,17 @@ TEST(BroadPhaseRandom, SameEverywhere) {
       Random random(7);
       BoxList boxes = uniform_boxes(12000, 7);
       ASSERT_TRUE(b.add(boxes, nullptr).ok());
-      Lists told;
+      Lists results;
       for (int step = 0; step < 12; ++step) {
         for (Box& box : boxes)
           if (step < 4 || random.one_in(300)) box = cube(random.point(0, 29), 1);
         ASSERT_TRUE(b.move_all(boxes).ok());
         ASSERT_TRUE(b.update().ok());
         for (const LivePairs& p : {b.begun(), b.ended(), b.pairs()})
-          told.emplace_back(p.begin(), p.end());
+          results.emplace_back(p.begin(), p.end());
       }
-      if (first.empty()) first = told;
-      EXPECT_TRUE(same_lists(first, told)) << to_string(isa) << ", " << threads << " threads";
+      if (first.empty()) first = results;
+      EXPECT_TRUE(same_lists(first, results)) << to_string(isa) << ", " << threads << " threads";
     }
   }
 }
@@ -179,7 +179,7 @@ TEST(BroadPhaseRandom, ParallelIncrementalUpdates) {
     BroadPhase b(options);
     ManyMovers movers;
     ASSERT_TRUE(b.add(movers.boxes, nullptr).ok());
-    Lists told;
+    Lists results;
     int shared = 0;
     for (int step = 0; step < 60; ++step) {
       movers.move();
@@ -187,14 +187,14 @@ TEST(BroadPhaseRandom, ParallelIncrementalUpdates) {
       const Result r = b.update();
       ASSERT_TRUE(r.ok()) << r.message;
       shared += was_incremental(r) && r.plan.threads == threads;
-      for (const LivePairs& p : {b.begun(), b.ended()}) told.emplace_back(p.begin(), p.end());
+      for (const LivePairs& p : {b.begun(), b.ended()}) results.emplace_back(p.begin(), p.end());
     }
     EXPECT_GT(shared, 10) << "incremental updates on " << threads << " threads";
     const LivePairs pairs = b.pairs();
-    told.emplace_back(pairs.begin(), pairs.end());
+    results.emplace_back(pairs.begin(), pairs.end());
     EXPECT_EQ(plain(pairs), movers.pairs());
-    if (first.empty()) first = told;
-    EXPECT_TRUE(same_lists(first, told)) << threads << " threads";
+    if (first.empty()) first = results;
+    EXPECT_TRUE(same_lists(first, results)) << threads << " threads";
   }
 }
 

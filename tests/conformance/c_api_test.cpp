@@ -240,8 +240,8 @@ TEST_F(CApi, Doubles) {
     EXPECT_EQ(pairs(), want);
   }
   Found out(want.size());
-  auto* const room = reinterpret_cast<throng_pair*>(out.data());
-  ASSERT_EQ(throng_find_doubles_into(finder_, &packed, nullptr, room, out.size()), THRONG_OK);
+  auto* const as_floats = reinterpret_cast<throng_pair*>(out.data());
+  ASSERT_EQ(throng_find_doubles_into(finder_, &packed, nullptr, as_floats, out.size()), THRONG_OK);
   EXPECT_EQ(out, want);
   const Found both = reference_pairs(DoubleBoxes(boxes), DoubleBoxes(boxes)).pairs;
   Found taken;
@@ -264,12 +264,12 @@ TEST_F(CApi, Doubles) {
 
 TEST_F(CApi, CallersBufferAndConsumer) {
   const Found want = reference_pairs(boxes_).pairs;
-  std::vector<throng_pair> room(want.size());
-  EXPECT_EQ(throng_find_into(finder(), &view_, nullptr, room.data(), room.size() - 1),
+  std::vector<throng_pair> buffer(want.size());
+  EXPECT_EQ(throng_find_into(finder(), &view_, nullptr, buffer.data(), buffer.size() - 1),
             THRONG_BUFFER_TOO_SMALL);
   EXPECT_EQ(throng_finder_result(finder_)->found, want.size());
-  EXPECT_EQ(throng_find_into(finder(), &view_, nullptr, room.data(), room.size()), THRONG_OK);
-  EXPECT_EQ(std::memcmp(room.data(), want.data(), room.size() * sizeof(throng_pair)), 0);
+  EXPECT_EQ(throng_find_into(finder(), &view_, nullptr, buffer.data(), buffer.size()), THRONG_OK);
+  EXPECT_EQ(std::memcmp(buffer.data(), want.data(), buffer.size() * sizeof(throng_pair)), 0);
 
   Found seen;
   const auto take = [](void* context, const throng_pair* p, size_t count) -> int {

@@ -11,7 +11,7 @@ constexpr std::size_t guard = 64;
 constexpr Pair untouched{0xabababab, 0xcdcdcdcd};
 
 struct Buffer {
-  explicit Buffer(std::size_t room) : capacity(room), memory(room + 2 * guard, untouched) {}
+  explicit Buffer(std::size_t size) : capacity(size), memory(size + 2 * guard, untouched) {}
   Pair* out() { return memory.data() + guard; }
   bool guards_hold() const {
     for (std::size_t i = 0; i < guard; ++i)
@@ -65,11 +65,11 @@ TEST_P(Capacity, EveryCapacity) {
     const Answer answer = reference_pairs(boxes);
     const std::size_t found = answer.pairs.size();
     Finder finder(options());
-    for (const std::size_t room : {std::size_t{0}, std::size_t{1}, found / 2, found - (found > 0),
-                                   found, found + 1, found + 1000}) {
-      SCOPED_TRACE(std::to_string(room) + " of " + std::to_string(found));
-      Buffer buffer(room);
-      const Result result = finder.find(boxes, buffer.out(), room);
+    for (const std::size_t capacity : {std::size_t{0}, std::size_t{1}, found / 2,
+                                       found - (found > 0), found, found + 1, found + 1000}) {
+      SCOPED_TRACE(std::to_string(capacity) + " of " + std::to_string(found));
+      Buffer buffer(capacity);
+      const Result result = finder.find(boxes, buffer.out(), capacity);
       expect_buffer(result, buffer, config(), answer);
     }
   }
@@ -91,13 +91,13 @@ TEST_P(Capacity, EveryCapacityManyPairs) {
   const std::size_t found = answer.pairs.size();
   ASSERT_GT(found, 60000u);
   Finder finder(options());
-  for (const std::size_t room : {found / 3, found - 1, found, found + 700, 2 * found}) {
-    SCOPED_TRACE(std::to_string(room) + " of " + std::to_string(found));
-    Buffer buffer(room);
-    const Result result = finder.find(boxes, buffer.out(), room);
+  for (const std::size_t capacity : {found / 3, found - 1, found, found + 700, 2 * found}) {
+    SCOPED_TRACE(std::to_string(capacity) + " of " + std::to_string(found));
+    Buffer buffer(capacity);
+    const Result result = finder.find(boxes, buffer.out(), capacity);
     expect_buffer(result, buffer, config(), answer);
     if (config().order == Order::any) {
-      EXPECT_EQ(result.written, std::min(room, found));
+      EXPECT_EQ(result.written, std::min(capacity, found));
     }
   }
   for (int again = 0; again < 2; ++again) {
@@ -119,8 +119,8 @@ TEST_P(Capacity, MoreThanEstimated) {
     Finder finder(options());
     const Result own = finder.find(boxes);
     expect_pairs(own, config(), answer, to_vector(finder.pairs()), count);
-    for (const std::size_t room : {0, 9}) {
-      std::vector<Pair> out(room, untouched);
+    for (const std::size_t capacity : {0, 9}) {
+      std::vector<Pair> out(capacity, untouched);
       const Result result = find_pairs(boxes, out, options());
       expect_pairs(result, config(), answer, out, count);
     }
@@ -133,10 +133,10 @@ TEST_P(Capacity, EveryCapacityTwoSets) {
   const std::size_t found = answer.pairs.size();
   ASSERT_GT(found, 100u);
   Finder finder(options());
-  for (const std::size_t room : {std::size_t{0}, std::size_t{1}, found - 1, found, found + 1}) {
-    SCOPED_TRACE(std::to_string(room) + " of " + std::to_string(found));
-    Buffer buffer(room);
-    const Result result = finder.find(a, b, buffer.out(), room);
+  for (const std::size_t capacity : {std::size_t{0}, std::size_t{1}, found - 1, found, found + 1}) {
+    SCOPED_TRACE(std::to_string(capacity) + " of " + std::to_string(found));
+    Buffer buffer(capacity);
+    const Result result = finder.find(a, b, buffer.out(), capacity);
     expect_buffer(result, buffer, config(), answer);
   }
 }

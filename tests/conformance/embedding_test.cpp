@@ -319,7 +319,7 @@ TEST_P(Embedding, ReportsOutOfMemory) {
       ASSERT_TRUE(finder.find(boxes).ok());
       needed = memory.peak();
     }
-    int told = 0;
+    int refused = 0;
     for (int step = 0; step <= 40; ++step) {
       // The last is short by one byte.
       memory.limit(step < 40 ? needed * static_cast<std::size_t>(step) / 40 : needed - 1);
@@ -328,7 +328,7 @@ TEST_P(Embedding, ReportsOutOfMemory) {
       if (result.ok()) {
         EXPECT_TRUE(same_pairs(to_vector(finder.pairs()), answer.pairs));
       } else {
-        ++told;
+        ++refused;
         EXPECT_EQ(result.status, Status::out_of_memory);
         EXPECT_GT(result.bytes_needed, 0u);
         EXPECT_NE(std::string(result.message).find(std::to_string(result.bytes_needed)),
@@ -339,7 +339,7 @@ TEST_P(Embedding, ReportsOutOfMemory) {
       const Result again = finder.find(boxes);
       expect_pairs(again, config(), answer, to_vector(finder.pairs()), boxes.size());
     }
-    EXPECT_GE(told, 20);
+    EXPECT_GE(refused, 20);
   }
   EXPECT_EQ(memory.held(), 0u);
 }

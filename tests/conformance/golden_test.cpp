@@ -1,4 +1,4 @@
-// The pairs of the scenes are byte-identical for every compiler, optimisation level and machine,
+// The pairs of the scenes are byte-identical for every compiler, optimization level and machine,
 // every instruction set, 1 to 8 threads, brute force, and the GPU.
 #include "apps/scenes/golden.hpp"
 

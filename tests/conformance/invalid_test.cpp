@@ -139,7 +139,7 @@ TEST_P(Invalid, Options) {
   EXPECT_EQ(find_pairs(boxes, minus_zero).size(), reference_pairs(boxes).pairs.size());
 }
 
-// As from a cast or an uninitialised struct.
+// As from a cast or an uninitialized struct.
 TEST_P(Invalid, InvalidEnumValues) {
   const BoxList boxes = uniform_boxes(40, 1);
   const auto is_refused = [&](auto option, const char* name, auto last) {

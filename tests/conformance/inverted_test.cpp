@@ -120,14 +120,14 @@ TEST_P(Inverted, AFinderKeepsThemUnlessSetOtherwise) {
          boxes[first].lower.y <= boxes[first].upper.y &&
          boxes[first].lower.z <= boxes[first].upper.z)
     ++first;
-  std::vector<Pair> room(answer.pairs.size() + 1);
+  std::vector<Pair> buffer(answer.pairs.size() + 1);
   std::uint64_t given = 0;
   const auto count_in = [&](const Pair*, std::size_t n) {
     given += n;
     return true;
   };
   Finder finder(with(InvertedPolicy::automatic));
-  for (const Result& r : {finder.find(boxes), finder.find(boxes, room.data(), room.size()),
+  for (const Result& r : {finder.find(boxes), finder.find(boxes, buffer.data(), buffer.size()),
                           finder.consume(boxes, count_in)}) {
     ASSERT_TRUE(r.ok()) << r.message;
     EXPECT_EQ(r.inactive, answer.inactive);
@@ -136,7 +136,7 @@ TEST_P(Inverted, AFinderKeepsThemUnlessSetOtherwise) {
   EXPECT_EQ(given, answer.pairs.size());
   given = 0;
   finder.set_options(with(InvertedPolicy::refuse));
-  for (const Result& r : {finder.find(boxes), finder.find(boxes, room.data(), room.size()),
+  for (const Result& r : {finder.find(boxes), finder.find(boxes, buffer.data(), buffer.size()),
                           finder.find(boxes, nullptr, 0), finder.consume(boxes, count_in)}) {
     expect_refused(r, first, answer.inactive);
   }

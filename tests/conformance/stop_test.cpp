@@ -133,15 +133,15 @@ TEST_P(Stop, WhileBoxesAreBinned) {
   Options o = stoppable();
   if (config().backend != Backend::cpu || o.algorithm != Algorithm::grid)
     GTEST_SKIP() << "has no grid, or another one";
-  struct Room : CountingResource {
-    explicit Room(std::atomic<bool>& s) : stop(s) {}
+  struct StoppingResource : CountingResource {
+    explicit StoppingResource(std::atomic<bool>& s) : stop(s) {}
     void* do_allocate(std::size_t bytes, std::size_t alignment) override {
       if (bytes > 1600000) stop = true;
       return CountingResource::do_allocate(bytes, alignment);
     }
     std::atomic<bool>& stop;
-  } room{stop_};
-  o.memory = &room;
+  } resource{stop_};
+  o.memory = &resource;
   const BoxList boxes(100000, Box{{1, 1, 1}, {-1, -1, -1}});
   const Result r = Finder(o).find(boxes);
   EXPECT_TRUE(stop_) << "not all boxes had space";
@@ -258,12 +258,12 @@ TEST(ClearedStop, UpdateAndQueries) {
   std::vector<Sweep> sweeps;
   for (std::size_t i = 0; i < 600; ++i) sweeps.push_back({boxes[i], {1, 1, 1}});
   for (const std::size_t count : {100u, 600u}) {
-    const Boxes asked(boxes.data(), count);
+    const Boxes query_boxes(boxes.data(), count);
     threads.sets_stop = false;
-    ASSERT_TRUE(live.find_overlaps(asked).ok());
+    ASSERT_TRUE(live.find_overlaps(query_boxes).ok());
     EXPECT_GT(live.overlaps().size(), count / 4);
     threads.sets_stop = true;
-    expect_stopped(live.find_overlaps(asked));
+    expect_stopped(live.find_overlaps(query_boxes));
     EXPECT_TRUE(live.overlaps().empty());
     expect_stopped(live.find_hits(sweeps.data(), count));
     EXPECT_TRUE(live.hits().empty());

@@ -22,8 +22,8 @@ using tests::BoxList;
 template <std::uint32_t above>
 class Device : public HostDevice {
  public:
-  Device() : HostDevice(std::pmr::new_delete_resource(), HostDevice::Run{grid::run_tasks}) {
-    begin(grid::default_executor(), 3);
+  Device() : HostDevice(std::pmr::new_delete_resource(), HostDevice::Run{base::run_tasks}) {
+    begin(base::default_executor(), 3);
   }
   static constexpr std::uint32_t sorted_above = above;
   template <class... Args>

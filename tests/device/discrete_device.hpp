@@ -13,8 +13,8 @@ namespace throng::device {
 class DiscreteDevice : public HostDevice {
  public:
   explicit DiscreteDevice(std::pmr::memory_resource* memory)
-      : HostDevice(memory, HostDevice::Run{grid::run_tasks}) {
-    begin(grid::default_executor(), 2);
+      : HostDevice(memory, HostDevice::Run{base::run_tasks}) {
+    begin(base::default_executor(), 2);
   }
   ~DiscreteDevice() {
     release_host_copy();

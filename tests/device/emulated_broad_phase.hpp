@@ -1,6 +1,6 @@
 // The persistent objects of a device, emulated by host threads, with the interface of
-// throng::BroadPhase. The templates behind it are instantiated once, in live_machine.cpp, not per
-// test.
+// throng::BroadPhase. The templates behind it are instantiated once, in emulated_broad_phase.cpp,
+// not per test.
 #pragma once
 
 #include <memory>

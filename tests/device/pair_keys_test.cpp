@@ -54,8 +54,8 @@ TEST(PairKeys, TheOrderOfPairsAndBack) {
 // As after a search with spare capacity, and with too little.
 TEST(PairKeys, SortedWhereTheyFit) {
   tests::Random random(2);
-  HostDevice device(std::pmr::new_delete_resource(), HostDevice::Run{grid::run_tasks});
-  device.begin(grid::default_executor(), 3);
+  HostDevice device(std::pmr::new_delete_resource(), HostDevice::Run{base::run_tasks});
+  device.begin(base::default_executor(), 3);
   constexpr Pair untouched{77, 77};
   for (const Input& in : all_inputs()) {
     for (const std::size_t most : {0, 1, 100, 5000, 30000}) {

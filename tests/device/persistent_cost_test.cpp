@@ -319,9 +319,9 @@ TEST(PersistentScene, FewLeaveTheirBoxesAfterARefusal) {
   std::size_t refused = 0;
   for (std::size_t allowed = 0; allowed < 10; ++allowed) {
     EmulatedBroadPhase m(options, 0.3f, &memory), plain({}, 0);
-    for (EmulatedBroadPhase* machine : {&m, &plain}) {
-      ASSERT_TRUE(machine->add(with_filters(boxes), nullptr).ok());
-      ASSERT_TRUE(machine->update().ok());
+    for (EmulatedBroadPhase* broad_phase : {&m, &plain}) {
+      ASSERT_TRUE(broad_phase->add(with_filters(boxes), nullptr).ok());
+      ASSERT_TRUE(broad_phase->update().ok());
     }
     memory.fail(allowed, false);
     const bool grown = m.add(with_filters(more), nullptr).ok();
@@ -335,9 +335,9 @@ TEST(PersistentScene, FewLeaveTheirBoxesAfterARefusal) {
       moved.push_back(boxes[id]);
       moved.back().lower.x += 1.5f, moved.back().upper.x += 1.5f;
     }
-    for (EmulatedBroadPhase* machine : {&m, &plain}) {
-      ASSERT_TRUE(machine->move(ids.data(), moved).ok());
-      ASSERT_TRUE(machine->update().ok());
+    for (EmulatedBroadPhase* broad_phase : {&m, &plain}) {
+      ASSERT_TRUE(broad_phase->move(ids.data(), moved).ok());
+      ASSERT_TRUE(broad_phase->update().ok());
     }
     EXPECT_EQ(std::string(m.last_reason()).find("few boxes left"), 0u) << m.last_reason();
     EXPECT_TRUE(same_bytes(m.pairs(), plain.pairs())) << "refused after " << allowed;

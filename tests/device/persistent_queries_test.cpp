@@ -63,16 +63,16 @@ TEST(PersistentQueries, RodsAndPlates) {
 struct Uniform {
   explicit Uniform(int n) : boxes(uniform_boxes(n, 3)) {
     Random random(4);
-    EXPECT_TRUE(machine.add(boxes, nullptr).ok());
+    EXPECT_TRUE(emulated.add(boxes, nullptr).ok());
     const float side = side_of(static_cast<float>(n) * 2);
     for (int k = 0; k < 1000; ++k) {
       const Vec3 from = random.point(0, side);
       rays.push_back({{from, from}, random.point(-6, 6)});
     }
   }
-  Result hits(SweepHits which) { return machine.find_hits(rays.data(), rays.size(), which, {}); }
+  Result hits(SweepHits which) { return emulated.find_hits(rays.data(), rays.size(), which, {}); }
 
-  EmulatedBroadPhase machine{{}};
+  EmulatedBroadPhase emulated{{}};
   BoxList boxes;
   std::vector<Sweep> rays;
 };
@@ -86,7 +86,7 @@ TEST(PersistentQueries, ComparesFewBoxes) {
     EXPECT_GT(all.found, 1000u);
     const Result first = scene->hits(SweepHits::first);
     EXPECT_LT(first.comparisons, all.comparisons * 3 / 4);
-    const Result overlaps = scene->machine.find_overlaps(scene->boxes);
+    const Result overlaps = scene->emulated.find_overlaps(scene->boxes);
     EXPECT_LT(static_cast<double>(overlaps.comparisons) / static_cast<double>(scene->boxes.size()),
               40);
   }
@@ -214,32 +214,32 @@ TEST(PersistentQueries, LargeBoxesInEmptySpace) {
 
 TEST(PersistentQueries, TheGridIsKept) {
   Uniform scene(5000);
-  const EmulatedBroadPhase& machine = scene.machine;
+  const EmulatedBroadPhase& emulated = scene.emulated;
   (void)scene.hits(SweepHits::first);
-  std::size_t launches = machine.launches(), syncs = machine.syncs();
+  std::size_t launches = emulated.launches(), syncs = emulated.syncs();
   (void)scene.hits(SweepHits::first);
-  EXPECT_LE(machine.launches() - launches,
+  EXPECT_LE(emulated.launches() - launches,
             6u);  // zeroed, checked, searched, reported, sorted, timed
-  EXPECT_EQ(machine.syncs() - syncs, 1u);
+  EXPECT_EQ(emulated.syncs() - syncs, 1u);
   std::vector<SweepHit> out(scene.rays.size());
-  launches = machine.launches(), syncs = machine.syncs();
-  (void)scene.machine.find_first_hits(scene.rays.data(), scene.rays.size(), {}, out.data());
-  EXPECT_LE(machine.launches() - launches, 4u);
-  EXPECT_EQ(machine.syncs() - syncs, 1u);
+  launches = emulated.launches(), syncs = emulated.syncs();
+  (void)scene.emulated.find_first_hits(scene.rays.data(), scene.rays.size(), {}, out.data());
+  EXPECT_LE(emulated.launches() - launches, 4u);
+  EXPECT_EQ(emulated.syncs() - syncs, 1u);
   // A single object that moves invalidates the grid.
   const ObjectId id = 17;
   const Box away = cube(1000, 1000, 1000, 1);
-  EXPECT_TRUE(scene.machine.move(&id, Boxes(&away, 1)).ok());
-  EXPECT_TRUE(scene.machine.find_overlaps(Boxes(&away, 1)).ok());
-  ASSERT_EQ(scene.machine.overlaps().size(), 1u);
-  EXPECT_EQ(scene.machine.overlaps()[0].second, id);
+  EXPECT_TRUE(scene.emulated.move(&id, Boxes(&away, 1)).ok());
+  EXPECT_TRUE(scene.emulated.find_overlaps(Boxes(&away, 1)).ok());
+  ASSERT_EQ(scene.emulated.overlaps().size(), 1u);
+  EXPECT_EQ(scene.emulated.overlaps()[0].second, id);
 }
 
 // ---- what is refused ----------------------------------------------------------------------------
 
 TEST(PersistentQueries, WhatIsRefused) {
   Uniform scene(500);
-  EmulatedBroadPhase& m = scene.machine;
+  EmulatedBroadPhase& m = scene.emulated;
   const auto refused = [&](const Result& r, Status status, std::uint64_t first,
                            std::uint64_t count) {
     EXPECT_EQ(r.status, status) << to_string(r.status);

@@ -68,8 +68,8 @@ class HostAndDevice {
   Result add(const Boxes& boxes, ObjectId* ids) {
     std::vector<ObjectId> other(boxes.size());
     const Result r = both([&](auto& b) {
-      using Machine = std::decay_t<decltype(b)>;
-      return b.add(boxes, std::is_same_v<Machine, BroadPhase> ? other.data() : ids);
+      using Implementation = std::decay_t<decltype(b)>;
+      return b.add(boxes, std::is_same_v<Implementation, BroadPhase> ? other.data() : ids);
     });
     EXPECT_TRUE(std::equal(other.begin(), other.end(), ids)) << "other ids";
     return r;

@@ -15,7 +15,7 @@ using tests::BoxList;
 
 struct Planned {
   base::SizeClassGrid grid;
-  base::GridLimits limits;
+  GridLimits limits;
   std::unique_ptr<PlanGrid::Shared> shared = std::make_unique<PlanGrid::Shared>();
 };
 

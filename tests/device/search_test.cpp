@@ -16,7 +16,7 @@ namespace {
 using tests::BoxList;
 
 // 24 x 24 cells of the unit square, each a row, and a class of one cell.
-base::SizeClassGrid many_rows(const base::GridLimits& limits) {
+base::SizeClassGrid many_rows(const GridLimits& limits) {
   base::SizeClassGrid grid;
   grid.scale[1] = grid.scale[2] = 24;
   grid.last[1] = grid.last[2] = 23;
@@ -32,8 +32,8 @@ base::SizeClassGrid many_rows(const base::GridLimits& limits) {
 
 class Planned : public HostDevice {
  public:
-  Planned() : HostDevice(std::pmr::new_delete_resource(), HostDevice::Run{grid::run_tasks}) {
-    begin(grid::default_executor(), 2);
+  Planned() : HostDevice(std::pmr::new_delete_resource(), HostDevice::Run{base::run_tasks}) {
+    begin(base::default_executor(), 2);
   }
   static constexpr std::uint32_t sorted_above = ~0u;
   void plan(const PlanGrid& f, void* cleared, std::size_t bytes) const {

@@ -43,7 +43,7 @@ TEST(UncertainCandidates, ABoxContainsItsInnerBox) {
 class JitteredGrid {
  public:
   JitteredGrid(const Options& options, std::uint64_t seed, float fat_margin, int side)
-      : machine_(options, fat_margin), model_(options.margin), random_(seed) {
+      : emulated_(options, fat_margin), model_(options.margin), random_(seed) {
     for (int x = 0; x < side; ++x)
       for (int y = 0; y < side; ++y)
         for (int z = 0; z < side; ++z) {
@@ -53,7 +53,7 @@ class JitteredGrid {
           rest_.push_back({about(x), about(y), about(z)});
           boxes_.push_back(cube(rest_.back(), width));
         }
-    EXPECT_TRUE(machine_.add(boxes_, nullptr).ok());
+    EXPECT_TRUE(emulated_.add(boxes_, nullptr).ok());
     for (std::size_t i = 0; i < boxes_.size(); ++i)
       EXPECT_TRUE(model_.add(static_cast<ObjectId>(i), boxes_[i], {}));
     update();
@@ -76,7 +76,7 @@ class JitteredGrid {
   ObjectId some() { return random_.below(static_cast<std::uint32_t>(boxes_.size())); }
   void remove(ObjectId id) {
     if (!model_.alive(id)) return;
-    ASSERT_TRUE(machine_.remove(&id, 1).ok());
+    ASSERT_TRUE(emulated_.remove(&id, 1).ok());
     model_.remove(id);
   }
   void filter(ObjectId id) {
@@ -84,27 +84,27 @@ class JitteredGrid {
     std::vector<Filter> f(1);
     f[0].is_static = true;
     model_.at(id).filter = f[0];
-    ASSERT_TRUE(machine_.set_filters(&id, 1, view_of(f)).ok());
+    ASSERT_TRUE(emulated_.set_filters(&id, 1, view_of(f)).ok());
   }
   // Passes all boxes to one call or the other.
   void pass_boxes() {
-    machine_.combine_with_update(random_.one_in(2));
+    emulated_.combine_with_update(random_.one_in(2));
     if (!random_.one_in(4)) {
-      ASSERT_TRUE(machine_.move_all(boxes_).ok());
+      ASSERT_TRUE(emulated_.move_all(boxes_).ok());
       return;
     }
     const std::vector<ObjectId> ids = model_.ids();
     BoxList list;
     for (const ObjectId id : ids) list.push_back(boxes_[id]);
-    ASSERT_TRUE(machine_.move(ids.data(), list).ok());
+    ASSERT_TRUE(emulated_.move(ids.data(), list).ok());
   }
   void update() {
-    const Result r = machine_.update();
+    const Result r = emulated_.update();
     EXPECT_TRUE(r.ok());
     model_.update();
-    EXPECT_TRUE(model_.check(machine_)) << r.plan.reason;
+    EXPECT_TRUE(model_.check(emulated_)) << r.plan.reason;
     update_counts.count(r.plan.reason);
-    const std::uint64_t all = machine_.candidate_count();
+    const std::uint64_t all = emulated_.candidate_count();
     if (std::string(r.plan.reason).find("compared again") != std::string::npos)
       fewer += r.comparisons > all / 4 && r.comparisons < all * 9 / 10;
   }
@@ -114,7 +114,7 @@ class JitteredGrid {
 
  private:
   static constexpr float width = 1.625f;
-  EmulatedBroadPhase machine_;
+  EmulatedBroadPhase emulated_;
   Model model_;
   Random random_;
   std::vector<Vec3> rest_;

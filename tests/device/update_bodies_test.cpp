@@ -30,8 +30,8 @@ base::UpdateBoxes job_of(const BodyScene& scene, std::vector<Box>& out) {
 }
 
 cuda::BodyReport run(const BodyScene& scene, std::vector<Box>& out, unsigned threads) {
-  HostDevice device(std::pmr::new_delete_resource(), HostDevice::Run{grid::run_tasks});
-  device.begin(grid::default_executor(), threads);
+  HostDevice device(std::pmr::new_delete_resource(), HostDevice::Run{base::run_tasks});
+  device.begin(base::default_executor(), threads);
   cuda::BodyReport report;
   out.assign(scene.transforms.size(), Box{});
   device.launch(out.size(), UpdateBodies{job_of(scene, out), &report});

@@ -39,8 +39,8 @@ struct Scene {
 };
 
 Engine<HostDevice>& engine() {
-  static Engine<HostDevice> e(std::pmr::new_delete_resource(), HostDevice::Run{grid::run_tasks});
-  e.device().begin(grid::default_executor(), 3);
+  static Engine<HostDevice> e(std::pmr::new_delete_resource(), HostDevice::Run{base::run_tasks});
+  e.device().begin(base::default_executor(), 3);
   return e;
 }
 

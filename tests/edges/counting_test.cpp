@@ -133,7 +133,7 @@ std::size_t stack_of(void* (*start)(void*), void* argument) {
 }
 
 // Nested grids, sorted order, filters and a persistent BroadPhase, all on one thread that runs
-// every task. This is the stack figure of docs/trust.md.
+// every task. This is the stack figure of docs/explanation/testing.md.
 TEST(Stack, IsSmall) {
   if (sanitized) GTEST_SKIP() << "sanitizers use more stack";
   const auto run = [](void*) -> void* {

@@ -100,7 +100,7 @@ struct Taken {
 }  // namespace
 
 void run(Bytes& bytes) {
-  const std::uint32_t how = bytes.next(), room = bytes.next();
+  const std::uint32_t how = bytes.next(), capacity_choice = bytes.next();
   const Case c = make_case(bytes, 200);
   throng_options options;
   throng_options_init(&options);
@@ -138,8 +138,8 @@ void run(Bytes& bytes) {
   throng_status status;
   if (how >> 7) {
     status = throng_consume(handle.finder, &a.view, second, Taken::take, &taken);
-  } else if (room % 2) {
-    const std::size_t capacity = room % (loop.pairs().size() + 2);
+  } else if (capacity_choice % 2) {
+    const std::size_t capacity = capacity_choice % (loop.pairs().size() + 2);
     std::vector<throng_pair> out(capacity + 1, throng_pair{7, 7});
     status = throng_find_into(handle.finder, &a.view, second, out.data(), capacity);
     must(out[capacity].first == 7 && out[capacity].second == 7, "wrote past the end");

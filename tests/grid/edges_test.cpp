@@ -28,20 +28,20 @@ struct LastRequest : std::pmr::memory_resource {
 
 TEST(Edges, RejectsOverflowingSizes) {
   LastRequest request;
-  Memory memory(&request, 0);
+  base::Memory memory(&request, 0);
   for (const std::size_t count :
        {all_ones, all_ones - 1, all_ones / sizeof(Pair) + 1, all_ones / 9 * 8 / sizeof(Pair) + 9,
         std::size_t{1} << 61, (std::size_t{1} << 61) + 3, std::size_t{1} << 63}) {
-    Buffer<Pair> pairs(memory);
+    base::Buffer<Pair> pairs(memory);
     for (const bool exact : {false, true}) {
       try {
         pairs.ensure(count, exact);
         ADD_FAILURE() << count << " pairs were returned";
-      } catch (const AllocationFailed& e) {
+      } catch (const base::AllocationFailed& e) {
         EXPECT_GE(e.bytes / sizeof(Pair), std::min(count, all_ones / sizeof(Pair))) << count;
       }
     }
-    EXPECT_THROW(pairs.grow(count, 0), AllocationFailed);
+    EXPECT_THROW(pairs.grow(count, 0), base::AllocationFailed);
     EXPECT_EQ(pairs.capacity(), 0u);
   }
   EXPECT_EQ(memory.held(), 0u);
@@ -49,12 +49,12 @@ TEST(Edges, RejectsOverflowingSizes) {
 
 TEST(Edges, ReportsACapExceededByTheSum) {
   tests::CountingResource resource;
-  Memory memory(&resource, 100);
+  base::Memory memory(&resource, 100);
   memory.set_cap(1000);
   try {
     memory.take(all_ones - 50, 8);
     ADD_FAILURE() << "was returned";
-  } catch (const CapExceeded& e) {
+  } catch (const base::CapExceeded& e) {
     EXPECT_EQ(e.bytes_needed, all_ones);
   }
 }
@@ -62,12 +62,12 @@ TEST(Edges, ReportsACapExceededByTheSum) {
 // The arrays of a strip of maximum length: 32-bit sizes would wrap around.
 TEST(Edges, StripOfMaximumLength) {
   LastRequest request;
-  Memory memory(&request, 0);
+  base::Memory memory(&request, 0);
   StripStorage space(memory);
   for (const std::uint64_t count : {max_box_count, max_box_count - 1, std::uint64_t{1} << 31}) {
     Strip strip;
     strip.count = static_cast<std::uint32_t>(count);
-    EXPECT_THROW(space.assign_storage(strip, false), AllocationFailed);
+    EXPECT_THROW(space.assign_storage(strip, false), base::AllocationFailed);
     EXPECT_GE(request.bytes, 7 * count * sizeof(std::int16_t));
   }
 }

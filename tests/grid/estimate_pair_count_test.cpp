@@ -16,11 +16,11 @@ namespace {
 
 using BoxList = std::vector<Box>;
 
-void set_up(Search& search, const Boxes& a, const Boxes& b, Memory& memory) {
+void set_up(Search& search, const Boxes& a, const Boxes& b, base::Memory& memory) {
   search.a = &a;
   search.b = &b;
   search.kernels = find_kernels(Isa::automatic);
-  search.executor = &default_executor();
+  search.executor = &base::default_executor();
   search.memory = &memory;
 }
 
@@ -31,7 +31,7 @@ struct Estimate {
 
 Estimate estimate_pair_count(const BoxList& boxes, const BoxList* others, float margin = 0,
                              const std::atomic<bool>* stop = nullptr) {
-  Memory memory(large_pages(), 0);
+  base::Memory memory(large_pages(), 0);
   const Boxes a = boxes, b = others ? *others : boxes;
   Search search;
   set_up(search, a, b, memory);
@@ -41,13 +41,13 @@ Estimate estimate_pair_count(const BoxList& boxes, const BoxList* others, float 
   problem.queries = {&a, nullptr, static_cast<std::uint32_t>(a.size())};
   problem.targets = {&b, nullptr, others ? static_cast<std::uint32_t>(b.size()) : 0};
   problem.self = !others;
-  const base::GridPlan plan = make_plan(search, problem, Algorithm::grid);
+  const GridPlan plan = make_plan(search, problem, Algorithm::grid);
   BinnedGrid grid(memory);
   Worker worker(memory);
-  Worker* const team[] = {&worker};
+  Worker* const workers[] = {&worker};
   BinReport report;
   worker.begin(search);
-  grid.bin(search, problem, plan, team, 1, report);
+  grid.bin(search, problem, plan, workers, 1, report);
   search.stop = stop;
   const std::size_t estimated = grid.estimate_pair_count(search, problem, plan, worker);
   EXPECT_EQ(search.sink, nullptr);
@@ -131,7 +131,7 @@ void expect_of_worlds(std::size_t worlds, float apart, bool close) {
   }
   Boxes view = boxes;
   view.filters.world = {world.data(), world.size()};
-  Memory memory(large_pages(), 0);
+  base::Memory memory(large_pages(), 0);
   Search search;
   set_up(search, view, view, memory);
   FilterPartition partition(memory);

@@ -25,7 +25,7 @@ class Grid {
  public:
   Grid(const BoxList& boxes, unsigned tasks, float cell_scale = 1)
       : searched_(boxes, SearchedGrid::How{tasks, cell_scale}) {}
-  GridQuery look() const { return {searched_.grid(), searched_.plan()}; }
+  GridQuery grid_query() const { return {searched_.grid(), searched_.plan()}; }
 
  private:
   SearchedGrid searched_;
@@ -37,7 +37,7 @@ struct Sum {
 
 void expect_reported(const Grid& grid, const BoxList& boxes, const Box& region, Sum& sum) {
   std::vector<bool> reported(boxes.size());
-  grid.look().each(region, [&](std::uint32_t id) { reported.at(id) = true; });
+  grid.grid_query().each(region, [&](std::uint32_t id) { reported.at(id) = true; });
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const bool overlaps = base::is_active(boxes[i]) && base::overlaps(boxes[i], region);
     sum.overlapping += overlaps;
@@ -101,7 +101,7 @@ TEST(GridQuery, BoxesThatSpanManyColumns) {
   boxes.push_back({{1, 1, 1}, {end.x, end.y / 2, end.z}});
   boxes.push_back({{1, 1, 1}, {end.x / 2, end.y, end.z / 2}});
   const Grid grid(boxes, 2, 0.25f);
-  EXPECT_GT(grid.look().columns_in(boxes[20'000]), 64u);
+  EXPECT_GT(grid.grid_query().columns_in(boxes[20'000]), 64u);
   Random random(3);
   Sum sum;
   for (int k = 0; k < 100; ++k) {
@@ -122,19 +122,19 @@ TEST(GridQuery, BoxesThatSpanManyColumns) {
 TEST(GridQuery, ColumnCounts) {
   const BoxList boxes = tests::uniform_boxes(20'000, 4);
   const Grid grid(boxes, 1);
-  const GridQuery look = grid.look();
+  const GridQuery query = grid.grid_query();
   const Vec3 low = {-1e30f, -1e30f, -1e30f}, high = {1e30f, 1e30f, 1e30f};
-  const std::uint64_t all = look.columns_in({low, high});
+  const std::uint64_t all = query.columns_in({low, high});
   EXPECT_GT(all, 16u);
-  EXPECT_EQ(look.columns_in({low, low}), 1u);
-  EXPECT_EQ(look.columns_in({high, high}), 1u);
-  EXPECT_EQ(look.columns_between(low, low), 0u);
-  EXPECT_EQ(look.columns_between(low, high), look.columns_between(high, low));
-  EXPECT_GE(look.columns_between(low, high) + 1, 4u);
-  EXPECT_LE(look.columns_between(low, high) + 1, all);
+  EXPECT_EQ(query.columns_in({low, low}), 1u);
+  EXPECT_EQ(query.columns_in({high, high}), 1u);
+  EXPECT_EQ(query.columns_between(low, low), 0u);
+  EXPECT_EQ(query.columns_between(low, high), query.columns_between(high, low));
+  EXPECT_GE(query.columns_between(low, high) + 1, 4u);
+  EXPECT_LE(query.columns_between(low, high) + 1, all);
   // As many records as boxes, plus replicas: about this cost for all of them.
-  EXPECT_GE(look.cost(all), 20'000);
-  EXPECT_LE(look.cost(all), 100'000);
+  EXPECT_GE(query.cost(all), 20'000);
+  EXPECT_LE(query.cost(all), 100'000);
 }
 
 }  // namespace

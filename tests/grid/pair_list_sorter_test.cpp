@@ -56,9 +56,9 @@ TEST(SortedLists, MatchSeparateSorts) {
                     want.begin() + static_cast<std::ptrdiff_t>(at + counts[i]));
           at += counts[i] + 1;
         }
-        std::vector<std::uint32_t> room(rows * lists_per_sort + 1, 12345);
-        kernels->sort_lists(lists, rows, room.data());
-        ASSERT_EQ(room.back(), 12345u);
+        std::vector<std::uint32_t> scratch(rows * lists_per_sort + 1, 12345);
+        kernels->sort_lists(lists, rows, scratch.data());
+        ASSERT_EQ(scratch.back(), 12345u);
         ASSERT_EQ(pairs, want) << to_string(kernels->isa) << " " << rows << " rows";
       }
     }
@@ -68,9 +68,9 @@ TEST(SortedLists, MatchSeparateSorts) {
 TEST(SortedLists, MayBeEmpty) {
   for (const Kernels* kernels : kernels_with_lists()) {
     const PairList none[lists_per_sort];
-    std::uint32_t room[16 * lists_per_sort] = {};
-    kernels->sort_lists(none, 8, room);
-    kernels->sort_lists(none, 16, room);
+    std::uint32_t scratch[16 * lists_per_sort] = {};
+    kernels->sort_lists(none, 8, scratch);
+    kernels->sort_lists(none, 16, scratch);
   }
 }
 
@@ -122,12 +122,12 @@ TEST(PairSorter, EqualsASortOfPairs) {
     std::sort(want.begin(), want.end());
     for (const Isa isa : tests::supported_isas()) {
       for (const unsigned tasks : {1u, 2u, 5u}) {
-        Memory memory(std::pmr::new_delete_resource(), 0);
+        base::Memory memory(std::pmr::new_delete_resource(), 0);
         PairSorter sorter(memory);
         std::vector<Pair> from = pairs;
         constexpr Pair guard{77, 78};
         std::vector<Pair> to(pairs.size() + 1, guard);
-        sorter.sort(*find_kernels(isa), default_executor(), tasks, from.data(), to.data(),
+        sorter.sort(*find_kernels(isa), base::default_executor(), tasks, from.data(), to.data(),
                     pairs.size(), scene.lengths.size(), scene.second_count);
         ASSERT_EQ(to.back(), guard);
         to.pop_back();

@@ -18,14 +18,15 @@ TEST(RangeSinks, FillTheirRangeExactly) {
   // Three slices of four first indices, from 8 on.
   for (const Pair& p : all)
     if (p.first >= 8) want.push_back(p);
-  for (const std::size_t room : {want.size() + 3, want.size(), want.size() - 1, std::size_t{0}}) {
-    std::vector<Pair> out(room + 1, untouched);
-    RangeSink sink(std::uint64_t{8} << 32, 34, out.data(), room, 3);
+  for (const std::size_t capacity :
+       {want.size() + 3, want.size(), want.size() - 1, std::size_t{0}}) {
+    std::vector<Pair> out(capacity + 1, untouched);
+    RangeSink sink(std::uint64_t{8} << 32, 34, out.data(), capacity, 3);
     for (std::size_t k = 0; k < all.size(); k += 7)
       sink.take(all.data() + k, std::min<std::size_t>(7, all.size() - k));
     EXPECT_EQ(sink.found(), want.size());
     for (std::size_t s = 0; s < 3; ++s) EXPECT_EQ(sink.in_slice(s), 20u);
-    const std::size_t written = std::min(room, want.size());
+    const std::size_t written = std::min(capacity, want.size());
     EXPECT_TRUE(
         std::equal(want.begin(), want.begin() + static_cast<std::ptrdiff_t>(written), out.begin()));
     for (std::size_t k = written; k < out.size(); ++k) EXPECT_EQ(out[k], untouched);
@@ -34,14 +35,14 @@ TEST(RangeSinks, FillTheirRangeExactly) {
 
 TEST(BufferSinks, FillToTheLastElement) {
   const std::vector<Pair> pairs(10, Pair{1, 2});
-  for (const std::size_t room : {0, 9, 10, 11}) {
-    for (const std::size_t spill_room : {0, 1, 4, 20}) {
-      std::vector<Pair> out(room + 1, untouched), spill(spill_room + 1, untouched);
-      BufferSink sink(out.data(), room, spill.data(), spill_room);
+  for (const std::size_t capacity : {0, 9, 10, 11}) {
+    for (const std::size_t spill_capacity : {0, 1, 4, 20}) {
+      std::vector<Pair> out(capacity + 1, untouched), spill(spill_capacity + 1, untouched);
+      BufferSink sink(out.data(), capacity, spill.data(), spill_capacity);
       sink.take(pairs.data(), 6);
       sink.take(pairs.data(), 4);
       EXPECT_EQ(sink.found(), 10u);
-      EXPECT_EQ(sink.written(), std::min<std::size_t>(room, 10));
+      EXPECT_EQ(sink.written(), std::min<std::size_t>(capacity, 10));
       for (std::size_t k = 0; k < out.size(); ++k)
         EXPECT_EQ(out[k], k < sink.written() ? pairs[0] : untouched);
       EXPECT_EQ(spill.back(), untouched);
@@ -71,22 +72,22 @@ TEST(BufferSinks, ExtendABlockAtItsEnd) {
 // end, its block is filled before any other.
 struct Writer {
   BufferSink& sink;
-  OutputRange room{}, gap{};
+  OutputRange capacity{}, gap{};
   bool is_growing = true;
 
   void put(Pair pair) {
-    if (is_growing && room.size() <= emit_slack) grow();
-    OutputRange& own = gap.size() != 0 ? gap : room;
+    if (is_growing && capacity.size() <= emit_slack) grow();
+    OutputRange& own = gap.size() != 0 ? gap : capacity;
     if (own.size() != 0)
       *own.begin++ = pair;
     else
       sink.take(&pair, 1);
   }
   void grow() {
-    OutputRange more = room;
+    OutputRange more = capacity;
     is_growing = sink.extend(more);
-    if (is_growing && more.begin != room.begin) gap = room;
-    if (is_growing) room = more;
+    if (is_growing && more.begin != capacity.begin) gap = capacity;
+    if (is_growing) capacity = more;
   }
 };
 
@@ -101,16 +102,16 @@ TEST(BufferSinks, FillGapsOfWorkers) {
     for (const std::size_t capacity : {found + 40000, found + 600, found + 1, found, found - 1,
                                        found - found / 3, found * 3 / 10, found / 9}) {
       std::vector<Pair> out(capacity + 1, untouched);
-      const std::size_t spill_room = BufferSink::spill_for(workers, capacity);
-      std::vector<Pair> spill(spill_room + found, untouched);
-      BufferSink sink(out.data(), capacity, spill.data(), spill_room);
+      const std::size_t spill_capacity = BufferSink::spill_for(workers, capacity);
+      std::vector<Pair> spill(spill_capacity + found, untouched);
+      BufferSink sink(out.data(), capacity, spill.data(), spill_capacity);
       Writer writers[workers] = {{sink}, {sink}, {sink}};
       for (Writer& writer : writers) writer.grow();
       std::uint32_t next = 0;
       for (std::size_t w = 0; w < workers; ++w)
         for (std::size_t k = 0; k < share[w]; ++k, ++next) writers[w].put({next, next + 1});
       for (const Writer& writer : writers) {
-        sink.leave(writer.room);
+        sink.leave(writer.capacity);
         sink.leave(writer.gap);
       }
       sink.close();
@@ -118,7 +119,7 @@ TEST(BufferSinks, FillGapsOfWorkers) {
       const std::size_t written = std::min(found, capacity);
       ASSERT_EQ(sink.written(), written);
       ASSERT_EQ(out.back(), untouched);
-      for (std::size_t k = spill_room; k < spill.size(); ++k) ASSERT_EQ(spill[k], untouched);
+      for (std::size_t k = spill_capacity; k < spill.size(); ++k) ASSERT_EQ(spill[k], untouched);
       std::vector<bool> seen(found);
       for (std::size_t k = 0; k < written; ++k) {
         ASSERT_LT(out[k].first, found);

@@ -36,7 +36,7 @@ void run_late(void*, unsigned count, void (*task)(void*, unsigned), void* contex
 }
 
 void lead(RunTasks run, unsigned tasks, const std::function<void(const Executor&)>& body) {
-  ParallelRegion::run({tasks, run, nullptr}, tasks, body);
+  base::ParallelRegion::run({tasks, run, nullptr}, tasks, body);
 }
 
 TEST(ParallelRegion, RunsEachTaskOnce) {
@@ -45,13 +45,13 @@ TEST(ParallelRegion, RunsEachTaskOnce) {
       for (int call = 0; call < 50; ++call) {
         int bodies = 0;
         std::size_t wrong = 0;
-        lead(run, tasks, [&](const Executor& team) {
+        lead(run, tasks, [&](const Executor& region) {
           ++bodies;
-          EXPECT_EQ(team.concurrency, tasks);
+          EXPECT_EQ(region.concurrency, tasks);
           for (unsigned count = 0; count < 2 * tasks + 2; ++count) {
             std::vector<unsigned char> ran(count + 1, 0);
             auto task = [&](unsigned i) { ++ran[i]; };
-            run_tasks(team, count, task);
+            base::run_tasks(region, count, task);
             for (unsigned i = 0; i <= count; ++i) wrong += ran[i] != (i < count ? 1 : 0);
           }
         });
@@ -65,7 +65,7 @@ TEST(ParallelRegion, RunsEachTaskOnce) {
 // Two tasks, each of which ends only after the other has begun.
 TEST(ParallelRegion, LateThreadsHelp) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-  lead(run_on_threads, 2, [&](const Executor& team) {
+  lead(run_on_threads, 2, [&](const Executor& region) {
     for (int phase = 0; phase < 20; ++phase) {
       std::atomic<int> begun{0};
       auto task = [&](unsigned) {
@@ -73,22 +73,22 @@ TEST(ParallelRegion, LateThreadsHelp) {
         while (begun < 2 && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
         EXPECT_EQ(begun, 2);
       };
-      run_tasks(team, 2, task);
+      base::run_tasks(region, 2, task);
     }
   });
 }
 
-// A body may run a nested team on its team.
+// A body may run a nested region on its region.
 TEST(ParallelRegion, Nests) {
   for (const RunTasks run : {run_inline, run_on_threads}) {
     std::atomic<int> ran{0};
     lead(run, 3, [&](const Executor& outer) {
-      ParallelRegion::run(outer, 3, [&](const Executor& inner) {
+      base::ParallelRegion::run(outer, 3, [&](const Executor& inner) {
         auto task = [&](unsigned) { ++ran; };
-        run_tasks(inner, 3, task);
+        base::run_tasks(inner, 3, task);
       });
       auto task = [&](unsigned) { ++ran; };
-      run_tasks(outer, 3, task);
+      base::run_tasks(outer, 3, task);
     });
     EXPECT_EQ(ran, 6);
   }

@@ -30,7 +30,7 @@ class SearchedGrid {
     search.a = &view_;
     search.b = search.two_sets ? &others_ : &view_;
     search.kernels = find_kernels(how.isa);
-    search.executor = &default_executor();
+    search.executor = &base::default_executor();
     search.memory = &memory_;
     search.cell_scale = how.cell_scale;
     search.stream_min_bytes = how.stream_min_bytes;
@@ -39,33 +39,33 @@ class SearchedGrid {
     problem.targets = {&others_, nullptr, static_cast<std::uint32_t>(others.size())};
     problem.self = !search.two_sets;
     plan_ = make_plan(search, problem, Algorithm::grid);
-    Worker* const* const team = workers_.make(how.tasks);
+    Worker* const* const workers = workers_.make(how.tasks);
     const auto begin = [&] {
-      for (unsigned t = 0; t < how.tasks; ++t) team[t]->begin(search);
+      for (unsigned t = 0; t < how.tasks; ++t) workers[t]->begin(search);
     };
     begin();
     BinReport report;
-    grid_.bin(search, problem, plan_, team, how.tasks, report);
+    grid_.bin(search, problem, plan_, workers, how.tasks, report);
     inactive_ = report.inactive;
     std::vector<Pair> spill;
-    for (bool room = false; !room;) {
+    for (bool fits = false; !fits;) {
       spill.resize(BufferSink::spill_for(how.tasks, pairs_.size()));
       BufferSink sink(pairs_.data(), pairs_.size(), spill.data(), spill.size());
       search.sink = &sink;
       begin();
-      grid_.find(search, problem, plan_, team, how.tasks, 0);
-      for (unsigned t = 0; t < how.tasks; ++t) team[t]->finish();
+      grid_.find(search, problem, plan_, workers, how.tasks, 0);
+      for (unsigned t = 0; t < how.tasks; ++t) workers[t]->finish();
       sink.close();
-      room = sink.found() <= pairs_.size();
+      fits = sink.found() <= pairs_.size();
       pairs_.resize(static_cast<std::size_t>(sink.found()));
     }
-    buffered_ = team[0]->bin_buffers.capacity() != 0;
+    buffered_ = workers[0]->bin_buffers.capacity() != 0;
     EXPECT_FALSE(search.failed());
   }
   explicit SearchedGrid(const tests::BoxList& boxes, How how) : SearchedGrid(boxes, {}, how) {}
 
   const BinnedGrid& grid() const { return grid_; }
-  const base::GridPlan& plan() const { return plan_; }
+  const GridPlan& plan() const { return plan_; }
   std::uint64_t inactive() const { return inactive_; }
   // Whether records were written through buffers.
   bool buffered() const { return buffered_; }
@@ -76,11 +76,11 @@ class SearchedGrid {
   }
 
  private:
-  Memory memory_{std::pmr::new_delete_resource(), 0};
+  base::Memory memory_{std::pmr::new_delete_resource(), 0};
   Boxes view_, others_;
   BinnedGrid grid_;
-  PerThread<Worker> workers_;
-  base::GridPlan plan_;
+  base::PerThread<Worker> workers_;
+  GridPlan plan_;
   std::uint64_t inactive_ = 0;
   bool buffered_ = false;
   std::vector<Pair> pairs_;

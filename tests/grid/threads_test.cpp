@@ -14,7 +14,7 @@ namespace {
 TEST(StealingRanges, AreTakenFromTheirTasksFirst) {
   for (const unsigned tasks : {1u, 2u, 3u, 16u, 40u}) {
     for (const std::uint64_t count : {0u, 1u, 2u, 5u, 1000u}) {
-      StealingRanges ranges(count, tasks);
+      base::StealingRanges ranges(count, tasks);
       std::vector<unsigned> taken(count, 0);
       std::vector<std::uint64_t> first(tasks, count);
       bool any = true;
@@ -49,7 +49,7 @@ TEST(ChunkQueue, EachIndexOnceForAnyTask) {
   for (const unsigned tasks : {1u, 2u, 3u, 64u}) {
     for (const std::size_t step : {1, 256, 1024}) {
       for (const std::size_t count : {0, 1, 255, 256, 257, 10000, 1000000}) {
-        ChunkQueue shares(count, tasks, step);
+        base::ChunkQueue shares(count, tasks, step);
         std::vector<unsigned char> taken(count, 0);
         std::size_t wrong = 0;
         for (std::size_t begin, end; shares.take(tasks - 1, begin, end);) {
@@ -68,7 +68,7 @@ TEST(ChunkQueue, EachIndexOnceForAnyTask) {
 
 // Returns the number of indices not taken exactly once by four concurrent threads.
 std::size_t race(std::size_t count, std::size_t step) {
-  ChunkQueue shares(count, 4, step);
+  base::ChunkQueue shares(count, 4, step);
   std::vector<std::atomic<unsigned>> taken(count + 1);  // the last element: out of range
   std::vector<std::thread> threads;
   for (unsigned t = 0; t < 4; ++t) {
@@ -93,7 +93,7 @@ TEST(ChunkQueue, NoIndexTwice) {
 
 // There are several chunks per task, so that a late task finds little left.
 TEST(ChunkQueue, AreMoreThanTasks) {
-  ChunkQueue shares(100000, 4, 256);
+  base::ChunkQueue shares(100000, 4, 256);
   unsigned count = 0;
   for (std::size_t begin, end; shares.take(2, begin, end);) ++count;
   EXPECT_GE(count, 4 * 8u);

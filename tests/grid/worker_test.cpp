@@ -28,7 +28,7 @@ TEST(Workers, ResumeDirectWrites) {
   const std::vector<std::uint16_t> before(most + 1, 0);
   const ParentCell parent{ids.data(), before.data()};
   const Boxes none;
-  Memory memory(large_pages(), 0);
+  base::Memory memory(large_pages(), 0);
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     SCOPED_TRACE(seed);
     tests::Random random(seed);

@@ -67,7 +67,7 @@ class GpuFinder : public DeviceFinder {
     return DeviceFinder::find(first, second, nullptr);
   }
   Pairs64 pairs() {
-    fetched_ = ranks::fetch(DeviceFinder::pairs());
+    fetched_ = mpi_app::fetch(DeviceFinder::pairs());
     return {fetched_.data(), fetched_.size()};
   }
 
@@ -77,7 +77,7 @@ class GpuFinder : public DeviceFinder {
     return settings;
   }
 
-  ranks::DeviceCopy first_, second_;
+  mpi_app::DeviceCopy first_, second_;
   std::vector<Pair64> fetched_;
 };
 

@@ -3,7 +3,7 @@
 
 #include "apps/mpi/devices.hpp"
 
-namespace throng::ranks {
+namespace throng::mpi_app {
 namespace {
 
 TEST(Devices, AreAssignedRoundRobin) {
@@ -28,4 +28,4 @@ TEST(Devices, AreUnchangedWithoutAChoice) {
 }
 
 }  // namespace
-}  // namespace throng::ranks
+}  // namespace throng::mpi_app

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Every step of scripts/check runs in some turn: all turns together run the steps of --all, every turn runs
-# the light ones, and docs/hacking.md describes each step.
+# the light ones, and CONTRIBUTING.md describes each step.
 set -euo pipefail
 check="$1" page="$2"
 folder="$(mktemp -d)"

@@ -6,7 +6,7 @@ command -v git > /dev/null || { echo "skipped: git is not here"; exit 0; }
 tree="$(mktemp -d)"
 trap 'rm -rf "$tree"' EXIT
 mkdir -p "$tree/scripts"
-cp "$root/scripts/check_words" "$root/scripts/private_words.txt" "$tree/scripts/"
+cp "$root/scripts/check_words" "$root/scripts/comments.py" "$root/scripts/private_words.txt" "$tree/scripts/"
 git -C "$tree" init -q
 plain="$(printf 'word %.0s' {1..6000})"
 

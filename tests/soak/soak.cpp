@@ -1,5 +1,5 @@
 // throng-soak: random scenes and operations, each compared with a reference, for a given time.
-// Prints how many boxes and pairs were compared. Stops at the first difference, minimises its case
+// Prints how many boxes and pairs were compared. Stops at the first difference, minimizes its case
 // and writes it as a test ready to compile, boxes as .npy and its input bytes.
 #include <chrono>
 #include <cstdio>
@@ -12,7 +12,7 @@
 
 #include "apps/scenes/npy.hpp"
 #include "broad_phase/call_sequence.hpp"
-#include "support/minimise.hpp"
+#include "support/minimize.hpp"
 #include "support/oracle.hpp"
 
 namespace throng::tests {
@@ -27,7 +27,7 @@ struct SoakOptions {
   bool many = false;      // only scenes of up to 30,000 boxes: many columns, wide boxes
   bool twice = false;     // repeats the same rounds, which must not hold more memory
   double report_seconds = 60;
-  std::string folder = ".", minimise;
+  std::string folder = ".", minimize;
 };
 
 // Resident memory; 0 if /proc does not report it.
@@ -58,7 +58,7 @@ bool differs(Oracle& oracle, const Case& c, std::size_t config) {
   return false;
 }
 
-// Minimises the failing case and writes files.
+// Minimizes the failing case and writes files.
 void report_case(const std::string& folder, const Case& found, std::size_t config) {
   Oracle oracle;
   const auto fails = [&](const Case& c) { return differs(oracle, c, config); };
@@ -66,8 +66,8 @@ void report_case(const std::string& folder, const Case& found, std::size_t confi
     std::printf("  not reproducible with new Finders: the failure depends on their state\n");
     return;
   }
-  const Case c = minimise_case(found, fails);
-  const std::string test = as_test(c, oracle.configs()[config], "Minimised");
+  const Case c = minimize_case(found, fails);
+  const std::string test = as_test(c, oracle.configs()[config], "Minimized");
   std::printf("%s", test.c_str());
   save(folder + "/difference_test.cpp", test.data(), test.size());
   const auto write = [&](const std::string& name, const Set& set) {
@@ -165,7 +165,7 @@ class Soak {
       std::printf("DIFFERENCE in round %llu, seed %llu: %s\n", number(rounds_),
                   number(settings_.seed), difference.what());
       if (settings_.folder.empty()) return false;
-      const std::vector<std::uint8_t> least = minimise_bytes(bytes, [](const auto& b) {
+      const std::vector<std::uint8_t> least = minimize_bytes(bytes, [](const auto& b) {
         try {
           Bytes stream(b);
           run_call_sequence(stream);
@@ -256,8 +256,8 @@ class Soak {
 };
 
 // Converts an input on which the fuzz target find_pairs fails into a test.
-int minimise(const SoakOptions& settings) {
-  std::ifstream file(settings.minimise, std::ios::binary);
+int minimize(const SoakOptions& settings) {
+  std::ifstream file(settings.minimize, std::ios::binary);
   const std::vector<std::uint8_t> input{std::istreambuf_iterator<char>(file), {}};
   Bytes bytes(input);
   const std::uint32_t choice = bytes.next();
@@ -270,7 +270,7 @@ int minimise(const SoakOptions& settings) {
     return 0;
   }
   std::printf("throng-soak: %s: no configuration of this input differs from the double loop\n",
-              settings.minimise.c_str());
+              settings.minimize.c_str());
   return 1;
 }
 
@@ -298,8 +298,8 @@ int main(int argc, char** argv) {
       settings.seed = std::strtoull(value, nullptr, 10);
     } else if (value && name == "--report-seconds") {
       settings.report_seconds = std::strtod(value, nullptr);
-    } else if (value && name == "--minimise") {
-      settings.minimise = value;
+    } else if (value && name == "--minimize") {
+      settings.minimize = value;
     } else if (value && name == "--folder") {
       settings.folder = value;
     } else {
@@ -307,13 +307,13 @@ int main(int argc, char** argv) {
           "throng-soak: '%s' is unknown or has no value; options: --seconds S (3600), --boxes "
           "N and --rounds N (stop there), --seed N (1), --emulated 1 (emulated device), --many 1 "
           "(scenes of up to 30,000), --twice 1 (repeat the rounds, check memory), "
-          "--report-seconds S (60), --folder WHERE (.; empty: write nothing), --minimise INPUT (of "
+          "--report-seconds S (60), --folder WHERE (.; empty: write nothing), --minimize INPUT (of "
           "the fuzz "
           "target find_pairs)\n",
           argv[i]);
       return 2;
     }
   }
-  if (!settings.minimise.empty()) return throng::tests::minimise(settings);
+  if (!settings.minimize.empty()) return throng::tests::minimize(settings);
   return throng::tests::Soak(settings).run();
 }

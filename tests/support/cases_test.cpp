@@ -1,11 +1,11 @@
-// Tests of the generator of hard cases, the vectorized reference and the minimiser.
+// Tests of the generator of hard cases, the vectorized reference and the minimizer.
 #include "support/cases.hpp"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "support/minimise.hpp"
+#include "support/minimize.hpp"
 #include "support/oracle.hpp"
 
 namespace throng::tests {
@@ -95,7 +95,7 @@ TEST(VectorizedReference, DetectsEveryDifference) {
 }
 
 // The failing condition is a pair that touches exactly along x: two boxes must remain.
-TEST(Minimise, KeepsOnlyWhatFails) {
+TEST(Minimize, KeepsOnlyWhatFails) {
   const auto touches = [](const Case& c) {
     for (const Box& a : c.a.boxes)
       for (const Box& b : c.a.boxes)
@@ -107,7 +107,7 @@ TEST(Minimise, KeepsOnlyWhatFails) {
   c.filters_a = all_filters;
   c.margin = 1;
   ASSERT_TRUE(touches(c));
-  const Case least = minimise_case(c, touches);
+  const Case least = minimize_case(c, touches);
   ASSERT_TRUE(touches(least));
   EXPECT_LE(least.a.size(), 2u);
   EXPECT_EQ(least.filters_a, 0u);
@@ -119,7 +119,7 @@ TEST(Minimise, KeepsOnlyWhatFails) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
 }
 
-TEST(Minimise, BytesToo) {
+TEST(Minimize, BytesToo) {
   const auto has_7_before_9 = [](const std::vector<std::uint8_t>& b) {
     const auto seven = std::find(b.begin(), b.end(), 7);
     return std::find(seven, b.end(), 9) != b.end();
@@ -127,7 +127,7 @@ TEST(Minimise, BytesToo) {
   std::vector<std::uint8_t> bytes = bytes_of(3);
   bytes.insert(bytes.begin() + 5, 7);
   bytes.push_back(9);
-  EXPECT_EQ(minimise_bytes(bytes, has_7_before_9), (std::vector<std::uint8_t>{7, 9}));
+  EXPECT_EQ(minimize_bytes(bytes, has_7_before_9), (std::vector<std::uint8_t>{7, 9}));
 }
 
 }  // namespace

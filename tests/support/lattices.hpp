@@ -98,18 +98,18 @@ inline Lattice random_lattice(std::uint64_t seed, int target) {
   }
   // Some axes are one to three boxes wide; the last of the others takes the remaining count.
   const int narrow = random.between(0, 2), first = random.between(0, 2);
-  int room = target;
+  int left = target;
   for (int step = 0; step < 3; ++step) {
     int& count = lattice.count[(first + step) % 3];
     if (step < narrow)
       count = random.between(1, 3);
     else if (step == 2)
-      count = room;
+      count = left;
     else if (step == 1 && narrow == 1)
       count = random.between(2, 20);
     else
       count = random.between(4, 15);
-    room = room / count > 1 ? room / count : 1;
+    left = left / count > 1 ? left / count : 1;
   }
   return lattice;
 }

@@ -148,11 +148,12 @@ std::string Oracle::table() const {
 }
 
 // Buffer capacities from none to slightly too large, with a guard after the end.
-void Oracle::buffer(const Case& c, Finder& finder, const Config& config, std::uint32_t room) {
+void Oracle::buffer(const Case& c, Finder& finder, const Config& config,
+                    std::uint32_t capacity_choice) {
   const std::size_t total = expected_.pairs().size();
-  const std::size_t capacity = room % 4 == 0   ? total
-                               : room % 4 == 1 ? total + 1
-                                               : room / 4 % (total + 1);
+  const std::size_t capacity = capacity_choice % 4 == 0   ? total
+                               : capacity_choice % 4 == 1 ? total + 1
+                                                          : capacity_choice / 4 % (total + 1);
   out_.assign(capacity + 8, guard);
   const Result r = c.two_sets ? finder.find(c.first(), c.second(), out_.data(), capacity)
                               : finder.find(c.first(), out_.data(), capacity);

@@ -37,7 +37,7 @@ class Oracle {
   ComparisonCounts totals;
 
  private:
-  void buffer(const Case& c, Finder& finder, const Config& config, std::uint32_t room);
+  void buffer(const Case& c, Finder& finder, const Config& config, std::uint32_t capacity_choice);
   void check(const Result& r, const Config& config) const;
   void require(bool good, const Config& config, const std::string& what) const;
   void compare(const Case& c, const Config& config, const Pair* got, std::size_t count);

@@ -8,7 +8,7 @@
 namespace throng::tests {
 
 // One copy of the loop per instruction set, chosen at program start. Not under sanitizers, which
-// are not initialised when that choice runs.
+// are not initialized when that choice runs.
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__) && \
     !THRONG_SANITIZED
 #define THRONG_TARGET_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))

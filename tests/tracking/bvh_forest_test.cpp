@@ -58,7 +58,7 @@ class World {
   BvhForest& forest() { return forest_; }
 
  private:
-  grid::Memory memory_;
+  base::Memory memory_;
   Objects objects_;
   BvhForest forest_;
 };

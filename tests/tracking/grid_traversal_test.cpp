@@ -31,7 +31,7 @@ class World {
     objects_.add(box, filter);
   }
   void make() {
-    ASSERT_TRUE(cells_.make(objects_, infinity, grid::default_executor(), 1));
+    ASSERT_TRUE(cells_.make(objects_, infinity, base::default_executor(), 1));
     cells_.make_blocks(objects_);
   }
 
@@ -39,7 +39,7 @@ class World {
   const Cells& cells() const { return cells_; }
 
  private:
-  grid::Memory memory_;
+  base::Memory memory_;
   Objects objects_;
   Cells cells_;
 };
@@ -308,7 +308,7 @@ TEST(GridTraversal, SkipsEmptyBlocks) {
 
 // Bits stay when boxes leave, so they are rebuilt after twice as many insertions.
 TEST(BlockOccupancy, BecomeStale) {
-  grid::Memory memory(std::pmr::new_delete_resource(), 0);
+  base::Memory memory(std::pmr::new_delete_resource(), 0);
   BlockOccupancy blocks(memory);
   EXPECT_FALSE(blocks.made() || blocks.is_stale());
   blocks.make(100);
@@ -375,7 +375,7 @@ TEST(GridTraversal, Worlds) {
   EXPECT_GT(met, 300u);
 }
 
-// A SweptBounds contains every box that touch() reports, at that time.
+// The swept bounds contain every box that touch() reports, at that time.
 TEST(SweptBounds, ContainsHits) {
   Random random(7);
   std::size_t met = 0;

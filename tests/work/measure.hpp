@@ -9,7 +9,7 @@
 //   it
 //                     passes (WorkScene::path_objects); for the first hit, results are all hits
 //                     that are not later
-// An index is amortised. A grant of n + pairs is added to the budget
+// An index is amortized. A grant of n + pairs is added to the budget
 //   - for the first updates and the first queries of a scene (the calls named `build`), once each;
 //   - per n objects that changed since the last grant, in the calls that move many.
 // Later calls have no grant: there only the budget counts. A sample sums over the calls of its

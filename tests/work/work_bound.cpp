@@ -32,7 +32,7 @@ int run(Settings settings) {
   if (settings.each_family) families = work_families();
   WorstRatios worst_ratios;
   const auto start = Clock::now();
-  auto told = start;
+  auto last_report = start;
   const auto seconds = [](Clock::time_point since) {
     return std::chrono::duration<double>(Clock::now() - since).count();
   };
@@ -42,8 +42,8 @@ int run(Settings settings) {
       if (settings.objects != 0) draw.objects = settings.objects;
       worst_ratios.add(draw);
     }
-    if (seconds(told) < settings.report_seconds) continue;
-    told = Clock::now();
+    if (seconds(last_report) < settings.report_seconds) continue;
+    last_report = Clock::now();
     std::printf("%.0f s, %llu draws\n%s%s", seconds(start),
                 static_cast<unsigned long long>(worst_ratios.draws()), worst_ratios.wrong().c_str(),
                 worst_ratios.violations().c_str());

@@ -1,6 +1,6 @@
 // Finds cost cliffs without a clock: comparisons and visited objects, per object, query and result,
 // stay below the bounds of one table on scenes of many kinds. measure.hpp defines the counts,
-// bounds.hpp the bounds; scripts/work_bound draws more and larger scenes.
+// work_bounds.hpp the bounds; scripts/work_bound draws more and larger scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -29,7 +29,8 @@ class WorstRatios {
   std::string violations() const { return text(true); }
   // Every family and call: its worst ratio, and the draw that gave it.
   std::string table() const { return text(false); }
-  // Per call the worst ratio over all families without a bound of their own, as rows of bounds.hpp.
+  // Per call the worst ratio over all families without a bound of their own, as rows of
+  // work_bounds.hpp.
   std::string rows() const;
   const std::string& wrong() const noexcept { return wrong_; }
 

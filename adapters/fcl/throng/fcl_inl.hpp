@@ -11,9 +11,9 @@ void FclManager<S>::registerObjects(const std::vector<Object*>& objects) {
   std::vector<Box> boxes;
   std::vector<ObjectId> ids(objects.size());
   // Everything that can fail comes before any change.
-  const std::size_t room = objects_.size() + objects.size();
-  objects_.reserve(room);
-  bounds_.reserve(room);
+  const std::size_t count = objects_.size() + objects.size();
+  objects_.reserve(count);
+  bounds_.reserve(count);
   added.reserve(objects.size());
   boxes.reserve(objects.size());
   try {

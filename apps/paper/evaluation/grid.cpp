@@ -134,9 +134,9 @@ Section table6(const Lab& lab) {
         row.checksum = found.checksum;
         row.found = fmt::format("{} less than the paper's GPU in all; {}",
                                 report::format_ratio(1 / *row.ratio()), found.plan);
-        std::string& told = alone ? searches : gains;
-        told += fmt::format("{}{} at {}", told.empty() ? "" : ", ",
-                            report::format_ratio(1 / *row.ratio()), report::format_short(n));
+        std::string& ratios = alone ? searches : gains;
+        ratios += fmt::format("{}{} at {}", ratios.empty() ? "" : ", ",
+                              report::format_ratio(1 / *row.ratio()), report::format_short(n));
       }
       library.x.push_back(static_cast<double>(n));
       library.y.push_back(update + found.ms);

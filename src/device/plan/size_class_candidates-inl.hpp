@@ -1,10 +1,10 @@
-// The candidates of the class planner, and the chosen grid. Included only by
+// The candidates of the size class planner, and the chosen grid. Included only by
 // device/plan/size_class_planner.hpp.
 #pragma once
 
 #include "device/plan/size_class_planner.hpp"
 
-namespace throng::base {
+namespace throng::device {
 
 // Whether this thread works: on all candidates or, at the requested scale, on the chosen one.
 THRONG_HD inline bool SizeClassPlanner::handles_candidate(std::uint32_t t, bool chosen,
@@ -58,7 +58,7 @@ THRONG_HD inline void SizeClassPlanner::measure(std::uint32_t t, bool chosen, Sh
     const float thick = s.extent[row][s.count - 1 - s.count / 10];
     if (candidate / sizes == 1 && count < 2 && 4 * thick < s.length[row])
       count = lesser(8, quotient(s.length[row], 2 * greater(thick, shortest)));
-    const float bound = static_cast<float>(max_class_cells);
+    const float bound = static_cast<float>(base::max_class_cells);
     count = count < 1 ? 1 : count > bound ? bound : count;
     s.cells[row][candidate] = static_cast<std::uint32_t>(count);
     return;
@@ -90,7 +90,7 @@ THRONG_HD inline void SizeClassPlanner::divide(std::uint32_t t, bool chosen, boo
   if (!handles_candidate(t, chosen, s) || (retry && !s.cut[candidate])) return;
   const std::uint32_t row = t / candidates;
   THRONG_UNROLL(1)
-  for (std::uint32_t c = row; c < max_size_classes; c += rows) divide_class(candidate, c, s);
+  for (std::uint32_t c = row; c < base::max_size_classes; c += rows) divide_class(candidate, c, s);
   // Thread rows with only one class.
   if (!retry && row >= rows - 3) measure_side(candidate, row - (rows - 3), s);
 }
@@ -136,7 +136,7 @@ THRONG_HD inline void SizeClassPlanner::divide_class(std::uint32_t candidate, st
     const std::uint32_t more = axes_count * (axes_count + 1) / 2;  // 1, 3, 6
     std::uint32_t bounded = 0;
     THRONG_UNROLL(1)
-    while (bounded <= c && bounded + more + 1 < max_size_classes &&
+    while (bounded <= c && bounded + more + 1 < base::max_size_classes &&
            !divide_bounded(candidate, bounded, s, shift))
       ++bounded;
     if (c >= bounded) {
@@ -151,7 +151,7 @@ THRONG_HD inline void SizeClassPlanner::divide_class(std::uint32_t candidate, st
   std::uint32_t cells[3];
   for (int k = 0; k < 3; ++k) cells[k] = cells_of(s.cells[k][candidate], shift[k]);
   // The last class has one cell, no class before it does.
-  single = single || c + 1 == max_size_classes || (cells[0] | cells[1] | cells[2]) == 1;
+  single = single || c + 1 == base::max_size_classes || (cells[0] | cells[1] | cells[2]) == 1;
   s.shift[c][candidate] = single ? one_cell : shift[0] | shift[1] << 8 | shift[2] << 16;
   // A layer may have 2^44 cells, all layers 2^66: sizes beyond any table are clamped first.
   const std::uint64_t layer = std::uint64_t{cells[0]} * cells[1];
@@ -174,7 +174,7 @@ THRONG_HD inline void SizeClassPlanner::finish(std::uint32_t t, bool chosen, boo
     sum = sum + cells < too_many ? sum + cells : too_many;
   }
   s.class_count[candidate] = c;
-  const bool hashed = too_large(sum * group_count(limits.present), s.worlds, limits);
+  const bool hashed = too_large(sum * base::group_count(limits.present), s.worlds, limits);
   s.hashed[candidate] = hashed;
   if (retry) return;
   // y and z too: these indices must fit a row's hash and offsets.
@@ -206,7 +206,7 @@ THRONG_HD inline bool SizeClassPlanner::too_large(std::uint64_t all, float world
 // Without a sample: one cell.
 THRONG_HD inline void SizeClassPlanner::write(std::uint32_t t, const Shared& s,
                                               const GridLimits& limits,
-                                              SizeClassGrid& grid) noexcept {
+                                              base::SizeClassGrid& grid) noexcept {
   const std::uint32_t best = s.best;
   const bool none = s.count == 0;
   const std::uint32_t classes = none ? 1 : s.class_count[best];
@@ -216,19 +216,19 @@ THRONG_HD inline void SizeClassPlanner::write(std::uint32_t t, const Shared& s,
     grid.scale[t] = none ? 1 : lesser(quotient(static_cast<float>(cells), s.length[t]), 0x1p126f);
     grid.last[t] = static_cast<float>(cells - 1);
   }
-  constexpr std::uint32_t ends = knot_spans + 1;
+  constexpr std::uint32_t ends = base::knot_spans + 1;
   if (t >= 128 && t < 128 + 3 * ends) {
     const std::uint32_t axis = (t - 128) / ends, k = (t - 128) % ends;
     const bool among = !none && s.uses_knots;
     grid.knots[axis].at[k] = among ? s.knots[axis].at[k] : 0;
-    if (k < knot_spans) grid.knots[axis].scale[k] = among ? s.knots[axis].scale[k] : 0;
+    if (k < base::knot_spans) grid.knots[axis].scale[k] = among ? s.knots[axis].scale[k] : 0;
   }
   // Unused classes too: the grid is copied as a whole.
-  if (t >= 32 && t < 32 + max_size_classes) {
+  if (t >= 32 && t < 32 + base::max_size_classes) {
     const std::uint32_t c = t - 32;
     const bool empty = none || c >= classes;
     const std::uint32_t shifts = empty ? 0 : s.shift[c][best];
-    SizeClass& to = grid.classes[c];
+    base::SizeClass& to = grid.classes[c];
     for (int k = 0; k < 3; ++k) {
       to.shift[k] = shifts >> 8 * k & 0xff;
       to.cells[k] = shifts == one_cell || empty ? 1 : cells_of(s.cells[k][best], to.shift[k]);
@@ -241,7 +241,7 @@ THRONG_HD inline void SizeClassPlanner::write(std::uint32_t t, const Shared& s,
   grid.class_count = classes;
   grid.present = limits.present;
   grid.table_cells = limits.table_cells;
-  const std::uint32_t groups = group_count(limits.present);
+  const std::uint32_t groups = base::group_count(limits.present);
   grid.hashed = none ? too_large(groups, 1, limits) : s.hashed[best];
   // A table that is not hashed holds all cells, so 32 bits are enough; the last class has one.
   const std::uint32_t cells =
@@ -250,4 +250,4 @@ THRONG_HD inline void SizeClassPlanner::write(std::uint32_t t, const Shared& s,
   grid.world_slots = grid.hashed ? 1 : limits.table_cells / (cells * groups);
 }
 
-}  // namespace throng::base
+}  // namespace throng::device

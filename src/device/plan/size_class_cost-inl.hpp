@@ -1,4 +1,4 @@
-// Expected cost per box of each candidate of the class planner. Included only by
+// Expected cost per box of each candidate of the size class planner. Included only by
 // device/plan/size_class_planner.hpp.
 //
 // A thread processes one candidate, a row of threads all of them.
@@ -12,7 +12,7 @@
 #define THRONG_SET(bits, value) (bits) |= (value)  // host threads run sequentially
 #endif
 
-namespace throng::base {
+namespace throng::device {
 
 // The class of each priced box: the first that it fits. A thread processes several boxes together.
 THRONG_HD inline void SizeClassPlanner::fit(std::uint32_t t, Shared& s) noexcept {
@@ -35,8 +35,8 @@ THRONG_HD inline void SizeClassPlanner::fit(std::uint32_t t, Shared& s) noexcept
     std::uint32_t c[together];
     THRONG_UNROLL(together)
     for (std::uint32_t q = 0; q < together; ++q) {
-      const std::uint32_t look = first + q * rows < count ? first + q * rows : 0;
-      for (int k = 0; k < 3; ++k) e[q][k] = s.value[k][look * step];
+      const std::uint32_t box = first + q * rows < count ? first + q * rows : 0;
+      for (int k = 0; k < 3; ++k) e[q][k] = s.value[k][box * step];
       c[q] = 0;
     }
     bool more = true;
@@ -60,10 +60,11 @@ THRONG_HD inline void SizeClassPlanner::fit(std::uint32_t t, Shared& s) noexcept
     }
     THRONG_UNROLL(together)
     for (std::uint32_t q = 0; q < together; ++q) {
-      const std::uint32_t look = first + q * rows;
-      const bool none = look >= count;
-      if (look < count + at_once - 1)
-        s.late.fit[candidate][look] = static_cast<std::uint8_t>(none ? max_size_classes : c[q]);
+      const std::uint32_t box = first + q * rows;
+      const bool none = box >= count;
+      if (box < count + at_once - 1)
+        s.late.fit[candidate][box] =
+            static_cast<std::uint8_t>(none ? base::max_size_classes : c[q]);
       used |= none ? 0 : 1u << c[q];
     }
   }
@@ -77,7 +78,7 @@ THRONG_HD inline void SizeClassPlanner::average(std::uint32_t t, Shared& s) noex
   const std::uint32_t used = s.used[candidate], count = s.priced_count;
   // One item per class and axis; each computes the share again.
   THRONG_UNROLL(1)
-  for (std::uint32_t item = row; item < 3 * max_size_classes; item += rows) {
+  for (std::uint32_t item = row; item < 3 * base::max_size_classes; item += rows) {
     const std::uint32_t c = item / 3, k = item % 3;
     if (!(used >> c & 1)) continue;
     float share = 0, sum = 0;
@@ -212,6 +213,6 @@ THRONG_HD inline void SizeClassPlanner::choose(std::uint32_t t, Shared& s) noexc
 #endif
 }
 
-}  // namespace throng::base
+}  // namespace throng::device
 
 #undef THRONG_SET

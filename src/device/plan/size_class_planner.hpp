@@ -1,4 +1,4 @@
-// Chooses the cells and classes of a class grid from a sample of the boxes. The choice affects
+// Chooses the cells and classes of a size-class grid from a sample of the boxes. The choice affects
 // speed, never correctness (base/size_class_grid.hpp).
 //
 // Written for one thread block in phases, with a barrier after each; the host runs the threads of a
@@ -16,7 +16,7 @@
 #include "base/host_device_macros.hpp"
 #include "base/size_class_grid.hpp"
 
-namespace throng::base {
+namespace throng::device {
 
 constexpr std::uint32_t sample_size = 128;
 
@@ -85,14 +85,15 @@ class SizeClassPlanner {
   };
   // Scratch after that. The candidates' values are adjacent.
   struct Late {
-    std::uint64_t before[max_size_classes][candidates];  // cells of a class; then of the classes
-                                                         // before
+    std::uint64_t before[base::max_size_classes][candidates];  // cells of a class; then of the
+                                                               // classes before
     alignas(4) std::uint8_t fit[candidates][76];  // the class of each sampled box; an odd number of
                                                   // words per row avoids bank conflicts
-    std::uint8_t used[max_size_classes][candidates];  // classes with boxes; per such class:
-    float share[max_size_classes][candidates];
-    float across[max_size_classes][3][candidates];  // mean extents, in finest cells
-    float cost[max_size_classes * (max_size_classes + 1) / 2][candidates];  // per pair of classes
+    std::uint8_t used[base::max_size_classes][candidates];  // classes with boxes; per such class:
+    float share[base::max_size_classes][candidates];
+    float across[base::max_size_classes][3][candidates];  // mean extents, in finest cells
+    float cost[base::max_size_classes * (base::max_size_classes + 1) / 2]
+              [candidates];  // per pair of classes
   };
   struct Shared {
     std::int32_t world[sample_size];               // active boxes only
@@ -108,7 +109,7 @@ class SizeClassPlanner {
     bool uses_knots;                // second plan: box values are positions among knots
     bool again, uniform_is_better;  // a second plan follows; the first grid is better
     float uniform_cost;
-    Knots knots[3];
+    base::Knots knots[3];
     float unit;                     // distance with one neighbour per box
     std::uint32_t which;            // index of `near`: all worlds, or one
     std::uint32_t base;             // the least exponent that the sample resolves
@@ -116,10 +117,10 @@ class SizeClassPlanner {
     float neighbours[256];          // within 2^(e+1)
     float worlds, most_neighbours;  // estimates
     // Per candidate:
-    std::uint32_t cells[3][candidates];                 // finest cells
-    float side[3][candidates];                          // their length
-    std::uint32_t doublings[candidates];                // classes twice as large as the one before
-    std::uint32_t shift[max_size_classes][candidates];  // 8 bits per axis
+    std::uint32_t cells[3][candidates];   // finest cells
+    float side[3][candidates];            // their length
+    std::uint32_t doublings[candidates];  // classes twice as large as the one before
+    std::uint32_t shift[base::max_size_classes][candidates];  // 8 bits per axis
     std::uint32_t class_count[candidates], used[candidates];  // bit mask of classes
     bool hashed[candidates], cut[candidates];  // cut: rows were too long; laid out again
     bool some_cut;
@@ -137,7 +138,7 @@ class SizeClassPlanner {
   // Runs all phases. `each(phase)` calls phase(t) on all threads, then waits for them.
   // `early.loaded` and `early.reaches` are filled by the caller.
   template <class Each>
-  THRONG_HD static void run(Shared& s, const GridLimits& limits, SizeClassGrid& grid,
+  THRONG_HD static void run(Shared& s, const GridLimits& limits, base::SizeClassGrid& grid,
                             const Each& each) noexcept {
     each([&](std::uint32_t t) { gather(t, s, limits); });
     each([&](std::uint32_t t) { compact(t, s, limits); });
@@ -301,7 +302,7 @@ class SizeClassPlanner {
   THRONG_HD static bool too_large(std::uint64_t all, float worlds,
                                   const GridLimits& limits) noexcept;
   THRONG_HD static void write(std::uint32_t t, const Shared& s, const GridLimits& limits,
-                              SizeClassGrid& grid) noexcept;
+                              base::SizeClassGrid& grid) noexcept;
 
   // Expected cost per box, rows looked up and candidates compared:
   // device/plan/size_class_cost-inl.hpp.
@@ -316,7 +317,7 @@ class SizeClassPlanner {
   THRONG_HD static void choose(std::uint32_t t, Shared& s) noexcept;
 };
 
-}  // namespace throng::base
+}  // namespace throng::device
 
 #include "device/plan/size_class_candidates-inl.hpp"
 #include "device/plan/size_class_cost-inl.hpp"

@@ -12,7 +12,7 @@
 #define THRONG_ADD(counter, value) (counter) += (value)  // host threads run sequentially
 #endif
 
-namespace throng::base {
+namespace throng::device {
 
 // Reduces one of the nine members of eight reaches.
 THRONG_HD inline void SizeClassPlanner::join_member(std::uint32_t member, const BoundsSummary* from,
@@ -219,7 +219,7 @@ THRONG_HD inline void SizeClassPlanner::measure_ranges(std::uint32_t t, Shared& 
   if (t >= 3) return;
   if (s.uses_knots) {
     s.low[t] = 0;
-    s.length[t] = knot_spans;
+    s.length[t] = base::knot_spans;
     return;
   }
   s.unbounded[t] = !(s.extent[t][n / 2] < most);
@@ -299,9 +299,9 @@ THRONG_HD inline void SizeClassPlanner::spread(std::uint32_t t, Shared& s) noexc
   if (t >= 320) {
     THRONG_UNROLL(1)
     for (std::uint32_t k = t - 320; k < 3 * max_priced; k += threads - 320) {
-      const std::uint32_t axis = k / max_priced, look = k % max_priced;
-      const std::uint32_t at = look < s.priced_count ? look * s.priced_step : 0;
-      s.seen[axis][look] = lesser(s.value[axis][at], s.length[axis]);
+      const std::uint32_t axis = k / max_priced, box = k % max_priced;
+      const std::uint32_t at = box < s.priced_count ? box * s.priced_step : 0;
+      s.seen[axis][box] = lesser(s.value[axis][at], s.length[axis]);
     }
   }
   if (t > 256) return;
@@ -336,20 +336,22 @@ THRONG_HD inline void SizeClassPlanner::decide_knots(std::uint32_t t, Shared& s)
 
 // Places knots such that each span holds about as many centres of the sample.
 THRONG_HD inline void SizeClassPlanner::place_knots(std::uint32_t t, Shared& s) noexcept {
-  constexpr std::uint32_t all = knot_spans + 1;
+  constexpr std::uint32_t all = base::knot_spans + 1;
   if (t >= 3 * all) return;
   const std::uint32_t axis = t / all, k = t % all;
   const float low = s.low[axis], high = low + s.length[axis];
-  const float centre = s.centre[axis][k * (s.count - 1) / knot_spans];
-  s.knots[axis].at[k] = k == 0 ? low : k == knot_spans ? high : greater(low, lesser(centre, high));
+  const float centre = s.centre[axis][k * (s.count - 1) / base::knot_spans];
+  s.knots[axis].at[k] = k == 0                  ? low
+                        : k == base::knot_spans ? high
+                                                : greater(low, lesser(centre, high));
 }
 THRONG_HD inline void SizeClassPlanner::measure_spans(std::uint32_t t, Shared& s) noexcept {
-  if (t == 3 * knot_spans) s.uses_knots = true;
+  if (t == 3 * base::knot_spans) s.uses_knots = true;
   if (t < 2) s.early.least[t] = 254;
   s.early.near[t / 256][t % 256] = 0;
-  if (t >= 3 * knot_spans) return;
-  Knots& knots = s.knots[t / knot_spans];
-  const std::uint32_t k = t % knot_spans;
+  if (t >= 3 * base::knot_spans) return;
+  base::Knots& knots = s.knots[t / base::knot_spans];
+  const std::uint32_t k = t % base::knot_spans;
   const float span = knots.at[k + 1] - knots.at[k];
   knots.scale[k] = span > 0 ? lesser(quotient(1, span), 0x1p126f) : 0;
 }
@@ -358,8 +360,8 @@ THRONG_HD inline void SizeClassPlanner::place(std::uint32_t t, Shared& s) noexce
   const std::uint32_t own = t % sample_size, axis = t / sample_size;
   if (axis > 2 || own >= s.count) return;
   const float half = 0.5f * s.value[axis][own], centre = s.value[centres + axis][own];
-  const float low = knot_position(s.knots[axis], centre - half);
-  const float high = knot_position(s.knots[axis], centre + half);
+  const float low = base::knot_position(s.knots[axis], centre - half);
+  const float high = base::knot_position(s.knots[axis], centre + half);
   s.value[axis][own] = high - low;
   s.value[centres + axis][own] = 0.5f * (low + high);
 }
@@ -368,12 +370,12 @@ THRONG_HD inline void SizeClassPlanner::place_longest(std::uint32_t t, Shared& s
   float extent = 0;
   for (int k = 0; k < 3; ++k) {
     const bool some_unbounded =
-        s.unbounded[k] || (s.some_unbounded[k] && s.value[k][t] >= knot_spans);
+        s.unbounded[k] || (s.some_unbounded[k] && s.value[k][t] >= base::knot_spans);
     extent = greater(extent, some_unbounded ? 0 : s.value[k][t]);
   }
   s.value[longest][t] = extent;
 }
 
-}  // namespace throng::base
+}  // namespace throng::device
 
 #undef THRONG_ADD

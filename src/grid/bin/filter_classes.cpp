@@ -95,7 +95,7 @@ bool FilterClasses::read_all(Search& search, unsigned task_count) {
     const Boxes& boxes = second ? *search.b : *search.a;
     std::uint8_t* const filter_classes =
         has_classes ? of_[second].ensure(boxes.size() + filter_tile) : nullptr;
-    ChunkQueue shares(boxes.size(), task_count, filter_tile);
+    base::ChunkQueue shares(boxes.size(), task_count, filter_tile);
     auto read = [&](unsigned t) {
       Task task;
       task.grouped = grouped;
@@ -108,7 +108,7 @@ bool FilterClasses::read_all(Search& search, unsigned task_count) {
       const std::lock_guard<std::mutex> lock(mutex_);
       worlds_.add(task.worlds);
     };
-    run_tasks(*search.executor, task_count, read);
+    base::run_tasks(*search.executor, task_count, read);
   }
   several_worlds_ = worlds_.several() && search.a->filters.world && search.b->filters.world;
   return grouped == this->grouped();

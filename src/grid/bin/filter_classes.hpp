@@ -25,8 +25,8 @@ class FilterClasses {
   // The bits of those masks that hold filter classes.
   static constexpr unsigned first_bit = 9, bit_count = 6;
 
-  explicit FilterClasses(Memory& memory) noexcept
-      : of_{Buffer<std::uint8_t>(memory), Buffer<std::uint8_t>(memory)} {}
+  explicit FilterClasses(base::Memory& memory) noexcept
+      : of_{base::Buffer<std::uint8_t>(memory), base::Buffer<std::uint8_t>(memory)} {}
 
   static bool needed(const Boxes& boxes) noexcept {
     return has_class_filters(boxes.filters) || boxes.filters.world;
@@ -83,7 +83,7 @@ class FilterClasses {
                  std::uint8_t* filter_classes, Task&) noexcept;
   void add_combinations(const FilterTile&, const std::uint8_t* filter_classes, Task&) noexcept;
 
-  Buffer<std::uint8_t> of_[2];
+  base::Buffer<std::uint8_t> of_[2];
   bool two_sets_ = false;
   bool several_worlds_ = false, some_static_ = false, all_static_ = false;
   bool forbid_ = false, masks_cover_some_ = false, masks_cover_all_ = false;

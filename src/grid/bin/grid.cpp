@@ -15,7 +15,7 @@ namespace throng::grid {
 namespace {
 
 // A box in more columns than this is stored separately and swept over each of them; see
-// column_search.cpp.
+// sweep/column_search.cpp.
 constexpr std::uint64_t wide_limit = 64;
 constexpr std::uint32_t block_batch = 8;
 // A task's write buffers for all columns.
@@ -34,15 +34,15 @@ void column_offsets_of(const Strided<std::int32_t>& worlds, std::size_t begin, s
 
 }  // namespace
 
-BinnedGrid::BinnedGrid(Memory& memory) noexcept
+BinnedGrid::BinnedGrid(base::Memory& memory) noexcept
     : pool_(memory),
       regions_(memory),
       tails_(memory),
       order_(memory),
       sizes_(memory),
-      wide_{Buffer<Spanning>(memory), Buffer<Spanning>(memory)},
-      wide_ids_{Buffer<std::uint32_t>(memory), Buffer<std::uint32_t>(memory)},
-      wide_labels_{Buffer<std::uint32_t>(memory), Buffer<std::uint32_t>(memory)} {}
+      wide_{base::Buffer<WideBox>(memory), base::Buffer<WideBox>(memory)},
+      wide_ids_{base::Buffer<std::uint32_t>(memory), base::Buffer<std::uint32_t>(memory)},
+      wide_labels_{base::Buffer<std::uint32_t>(memory), base::Buffer<std::uint32_t>(memory)} {}
 
 void BinnedGrid::match(const BinnedGrid& other) {
   pool_.match(other.pool_);
@@ -59,25 +59,25 @@ void BinnedGrid::match(const BinnedGrid& other) {
 
 std::uintptr_t BinnedGrid::next_block(BinTarget* target, std::uint32_t column) {
   BinTask& task = *static_cast<BinTask*>(target);
-  BinnedGrid& space = *task.space;
+  BinnedGrid& grid = *task.grid;
   if (task.next_free == task.free_end) {
-    const std::uintptr_t blocks = space.take_blocks(task.task);
+    const std::uintptr_t blocks = grid.take_blocks(task.task);
     task.next_free = blocks ? blocks : task.dummy;
-    task.free_end = task.next_free + block_batch * (blocks ? space.block_bytes_ : 1);
+    task.free_end = task.next_free + block_batch * (blocks ? grid.block_bytes_ : 1);
   }
-  if (space.pool_exhausted_.load(std::memory_order_relaxed) &&
+  if (grid.pool_exhausted_.load(std::memory_order_relaxed) &&
       task.next_free - task.dummy < block_batch) {
     ++task.next_free;
     return task.dummy + sizeof(Block);
   }
   const std::uintptr_t block = task.next_free;
-  task.next_free += space.block_bytes_;
+  task.next_free += grid.block_bytes_;
   const std::uintptr_t tail = task.tail[column];
   Block header{0, 0};
   if (tail) {
-    header.previous = space.block_of(tail);
+    header.previous = grid.block_of(tail);
     header.before = reinterpret_cast<const Block*>(header.previous)->before +
-                    space.block_bytes_ / sizeof(Record) - 1;
+                    grid.block_bytes_ / sizeof(Record) - 1;
   }
   std::memcpy(task.buffers ? task.buffer(column) : reinterpret_cast<char*>(block), &header,
               sizeof header);
@@ -111,7 +111,7 @@ unsigned BinnedGrid::choose_buffers(const Search& search, double records) const 
   return 0;
 }
 
-void BinnedGrid::prepare(const Search& search, const base::GridPlan& plan, std::size_t boxes,
+void BinnedGrid::prepare(const Search& search, const GridPlan& plan, std::size_t boxes,
                          unsigned task_count) {
   columns_ = plan.column_count();
   tasks_ = task_count;
@@ -138,8 +138,8 @@ void BinnedGrid::prepare(const Search& search, const base::GridPlan& plan, std::
   tails_.ensure(chains * 2);
 }
 
-void BinnedGrid::bin(Search& search, const Problem& problem, const base::GridPlan& plan,
-                     Worker* const* team, unsigned task_count, BinReport& report) {
+void BinnedGrid::bin(Search& search, const Problem& problem, const GridPlan& plan,
+                     Worker* const* workers, unsigned task_count, BinReport& report) {
   // Under a tight cap the first attempt only counts, so that no byte beyond the need is allocated.
   std::size_t expected = std::size_t{problem.queries.count} + problem.targets.count;
   const double expected_bytes = static_cast<double>(expected) * plan.replicas * sizeof(Record);
@@ -150,11 +150,11 @@ void BinnedGrid::bin(Search& search, const Problem& problem, const base::GridPla
     prepare(search, plan, expected, task_count);
     std::mutex merge;
     BinReport total;
-    ChunkQueue shares[2] = {{problem.queries.count, task_count, bin_tile},
-                            {problem.targets.count, task_count, bin_tile}};
+    base::ChunkQueue shares[2] = {{problem.queries.count, task_count, bin_tile},
+                                  {problem.targets.count, task_count, bin_tile}};
     auto task = [&](unsigned t) {
       search.guarded([&] {
-        Worker& worker = *team[t];
+        Worker& worker = *workers[t];
         BinReport mine;
         for (unsigned side = 0; side < 2; ++side) {
           bin_side(search, side ? problem.targets : problem.queries, side, plan, worker, t,
@@ -164,7 +164,7 @@ void BinnedGrid::bin(Search& search, const Problem& problem, const base::GridPla
         total.add(mine);
       });
     };
-    run_tasks(*search.executor, task_count, task);
+    base::run_tasks(*search.executor, task_count, task);
     used_blocks_ = 0;
     for (unsigned t = 0; t < task_count; ++t) used_blocks_ += regions_[t].used;
     if (search.failed()) return;
@@ -182,10 +182,10 @@ void BinnedGrid::bin(Search& search, const Problem& problem, const base::GridPla
 }
 
 void BinnedGrid::bin_side(Search& search, const BoxSubset& side, unsigned index,
-                          const base::GridPlan& plan, Worker& worker, unsigned t,
-                          ChunkQueue& shares, BinReport& report) {
+                          const GridPlan& plan, Worker& worker, unsigned t,
+                          base::ChunkQueue& shares, BinReport& report) {
   BinTask& task = worker.bin;
-  task.space = this;
+  task.grid = this;
   task.task = t;
   task.next_block = next_block;
   task.block_mask = block_bytes_ - 1;
@@ -242,7 +242,7 @@ void BinnedGrid::bin_side(Search& search, const BoxSubset& side, unsigned index,
   }
   if (task.buffers) {
     for (std::uint32_t column = 0; column < columns_; ++column) flush_buffer(task, column);
-    fence_streaming_stores();
+    base::fence_streaming_stores();
   }
 }
 
@@ -315,7 +315,7 @@ void BinnedGrid::bin_spanning(const base::Quantizer& map, BinTask& task, unsigne
     touched *= static_cast<std::uint64_t>(to[k] - from[k] + 1);
   }
   if (touched > wide_limit || column_offset >= max_columns) {
-    Spanning wide;
+    WideBox wide;
     wide.id = record.id;
     wide.column_offset = column_offset;
     std::copy(lower, lower + 3, wide.lower);
@@ -350,7 +350,7 @@ void BinnedGrid::bin_spanning(const base::Quantizer& map, BinTask& task, unsigne
 }
 
 // Finding: the columns, then the pairs of wide boxes, which are in no column.
-void BinnedGrid::find(Search& search, const Problem& problem, const base::GridPlan& plan,
+void BinnedGrid::find(Search& search, const Problem& problem, const GridPlan& plan,
                       Worker* const* team, unsigned task_count, unsigned depth) {
   team[0]->visited += columns_;
   std::span<const std::uint32_t> order;
@@ -358,7 +358,7 @@ void BinnedGrid::find(Search& search, const Problem& problem, const base::GridPl
   const bool even = order.empty();
   // If columns differ in size, the largest are taken first by any task, each taking the next before
   // it runs the current one, to prefetch it; otherwise each task has its own range.
-  StealingRanges ranges(even ? columns_ : order.size(), even ? task_count : 1);
+  base::StealingRanges ranges(even ? columns_ : order.size(), even ? task_count : 1);
   const auto column_at = [&](std::uint64_t i) {
     const auto at = static_cast<std::uint32_t>(i);
     return even ? at : order[at];
@@ -375,13 +375,13 @@ void BinnedGrid::find(Search& search, const Problem& problem, const base::GridPl
       }
     });
   };
-  run_tasks(*search.executor, task_count, task);
+  base::run_tasks(*search.executor, task_count, task);
   if (search.over()) return;
   search.guarded([&] { find_wide(search, problem, *team[0]); });
 }
 
 std::size_t BinnedGrid::estimate_pair_count(Search& search, const Problem& problem,
-                                            const base::GridPlan& plan, Worker& worker) {
+                                            const GridPlan& plan, Worker& worker) {
   count_records();
   ColumnSearch columns(search, problem, plan, *this, worker, 0);
   return grid::estimate_pair_count(

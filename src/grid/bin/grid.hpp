@@ -18,18 +18,18 @@ struct RecordWords;
 // The memory of one grid, kept between calls.
 class BinnedGrid {
  public:
-  explicit BinnedGrid(Memory& memory) noexcept;
+  explicit BinnedGrid(base::Memory& memory) noexcept;
 
-  // Bins all boxes of a problem, on `task_count` tasks of the team. Reports allocation failure
+  // Bins all boxes of a problem, on `task_count` tasks. Reports allocation failure
   // through the search.
-  void bin(Search&, const Problem&, const base::GridPlan&, Worker* const* team, unsigned task_count,
+  void bin(Search&, const Problem&, const GridPlan&, Worker* const* workers, unsigned task_count,
            BinReport&);
   // Finds the pairs of all columns, and those of wide boxes.
-  void find(Search&, const Problem&, const base::GridPlan&, Worker* const* team,
-            unsigned task_count, unsigned depth);
+  void find(Search&, const Problem&, const GridPlan&, Worker* const* workers, unsigned task_count,
+            unsigned depth);
 
   // Estimates the number of pairs of find(); see estimate_pair_count.hpp.
-  std::size_t estimate_pair_count(Search&, const Problem&, const base::GridPlan&, Worker&);
+  std::size_t estimate_pair_count(Search&, const Problem&, const GridPlan&, Worker&);
 
   void match(const BinnedGrid& other);
   std::size_t held() const noexcept {
@@ -58,11 +58,11 @@ class BinnedGrid {
   // exhausted.
   std::uintptr_t take_blocks(unsigned task) noexcept;
   static std::uintptr_t next_block(BinTarget* target, std::uint32_t column);
-  void prepare(const Search&, const base::GridPlan&, std::size_t boxes, unsigned task_count);
+  void prepare(const Search&, const GridPlan&, std::size_t boxes, unsigned task_count);
   unsigned choose_buffers(const Search&, double records) const noexcept;
   static void flush_buffer(const BinTask&, std::uint32_t column);
-  void bin_side(Search&, const BoxSubset&, unsigned side, const base::GridPlan&, Worker&,
-                unsigned task, ChunkQueue&, BinReport&);
+  void bin_side(Search&, const BoxSubset&, unsigned side, const GridPlan&, Worker&, unsigned task,
+                base::ChunkQueue&, BinReport&);
   void bin_tile_of(Search&, const char* boxes, std::size_t stride, const std::uint32_t* ids,
                    std::uint32_t first, std::uint32_t count, unsigned side, const base::Quantizer&,
                    Worker&, BinReport&);
@@ -86,7 +86,7 @@ class BinnedGrid {
     std::uintptr_t end = tail;
     while (block) {
       const std::uintptr_t previous = reinterpret_cast<const Block*>(block)->previous;
-      prefetch_l1(reinterpret_cast<const void*>(previous ? previous : block));
+      base::prefetch_l1(reinterpret_cast<const void*>(previous ? previous : block));
       const std::uintptr_t first = block + sizeof(Block);
       f(Segment{reinterpret_cast<const Record*>(first),
                 static_cast<std::uint32_t>((end - first) / sizeof(Record))});
@@ -112,12 +112,12 @@ class BinnedGrid {
   std::size_t pool_blocks_ = 0;
   std::size_t used_blocks_ = 0;  // requested, including failed requests
   std::atomic<bool> pool_exhausted_{false};
-  Buffer<char> pool_;
-  Buffer<Region> regions_;
-  Buffer<std::uintptr_t> tails_;
-  Buffer<std::uint32_t> order_, sizes_;  // sizes_: records per column, once counted
-  Buffer<Spanning> wide_[2];
-  Buffer<std::uint32_t> wide_ids_[2], wide_labels_[2];
+  base::Buffer<char> pool_;
+  base::Buffer<Region> regions_;
+  base::Buffer<std::uintptr_t> tails_;
+  base::Buffer<std::uint32_t> order_, sizes_;  // sizes_: records per column, once counted
+  base::Buffer<WideBox> wide_[2];
+  base::Buffer<std::uint32_t> wide_ids_[2], wide_labels_[2];
   std::uint32_t wide_count_[2] = {0, 0};
   std::uint32_t id_offset_[2] = {0, 0};  // offset of a subset's labels, see Problem
   std::mutex wide_mutex_;

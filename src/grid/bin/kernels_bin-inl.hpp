@@ -198,7 +198,7 @@ template <std::uint32_t bits>
 using Bits = std::integral_constant<int, static_cast<int>(bits)>;
 
 // Boxes are prefetched this far ahead; a column's next line once the first of its four records is
-// written, as an earlier prefetch may be evicted again. Gains: docs/experiments.md.
+// written, as an earlier prefetch may be evicted again. Gains: docs/explanation/what-was-tried.md.
 constexpr std::size_t prefetch_bytes = 3072;
 constexpr std::size_t records_ahead = 3;
 
@@ -219,13 +219,13 @@ HWY_INLINE void write_records(const base::Quantizer& map, const std::uint32_t* m
     const std::uintptr_t tail = put<buffered>(
         out, column, hn::Or(load_record(out.first_column_record + i), load_mask(mask)));
     if constexpr (!buffered)
-      prefetch_exclusive(reinterpret_cast<const Record*>(tail) + records_ahead);
+      base::prefetch_exclusive(reinterpret_cast<const Record*>(tail) + records_ahead);
     tails[column] = tail + sizeof(Record) * ((number & needs_slow_path) == 0);
   }
   write_copies<buffered>(map, multi_column, multi_column_count, out);
 }
 
-// The positions of base::quantise; `by_bits` selects the lanes whose position is their bits.
+// The positions of base::quantize; `by_bits` selects the lanes whose position is their bits.
 // Denormals are not multiplied (up to 150 cycles each), so by_bits includes the unused fourth lane.
 template <class V, class M>
 HWY_INLINE V positions(V x, M by_bits, V centre, V factor) {
@@ -305,7 +305,7 @@ HWY_NOINLINE void bin_impl(const base::Quantizer& map, const char* boxes, std::s
       load_boxes(df, boxes, stride, lower, upper);
       boxes += group * stride;
       for (std::size_t at = 0; at < group * stride; at += step)
-        prefetch_l1(boxes + prefetch_bytes + at);
+        base::prefetch_l1(boxes + prefetch_bytes + at);
       const auto pl = plain ? lower : positions(lower, by_bits, centre, factor);
       const auto pu = plain ? upper : positions(upper, by_bits, centre, factor);
       const auto tl = hn::Mul(hn::Sub(pl, origin), scale);

@@ -1,9 +1,9 @@
 // Filter classes: which combination of filters each box has. Included once per instruction set.
-#if defined(THRONG_KERNELS_KINDS_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef THRONG_KERNELS_KINDS_INL
-#undef THRONG_KERNELS_KINDS_INL
+#if defined(THRONG_KERNELS_FILTERS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_FILTERS_INL
+#undef THRONG_KERNELS_FILTERS_INL
 #else
-#define THRONG_KERNELS_KINDS_INL
+#define THRONG_KERNELS_FILTERS_INL
 #endif
 
 #include <hwy/highway.h>

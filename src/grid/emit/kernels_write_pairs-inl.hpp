@@ -1,9 +1,9 @@
 // Masks, compaction and pair output over vectors. Included once per instruction set.
-#if defined(THRONG_KERNELS_EMIT_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef THRONG_KERNELS_EMIT_INL
-#undef THRONG_KERNELS_EMIT_INL
+#if defined(THRONG_KERNELS_WRITE_PAIRS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_WRITE_PAIRS_INL
+#undef THRONG_KERNELS_WRITE_PAIRS_INL
 #else
-#define THRONG_KERNELS_EMIT_INL
+#define THRONG_KERNELS_WRITE_PAIRS_INL
 #endif
 
 #include <hwy/highway.h>
@@ -50,7 +50,7 @@ HWY_INLINE V32 compress(V32 v, std::uint32_t bits) {
   // Highway's version keeps its table in the function, and GCC copies that to the stack per call.
   const D32 d;
   const hn::Rebind<std::uint8_t, D32> bytes;
-  const auto index = hn::PromoteTo(d, hn::LoadU(bytes, compress_table.lanes[bits & 0xff]));
+  const auto index = hn::PromoteTo(d, hn::LoadU(bytes, base::compress_table.lanes[bits & 0xff]));
   return hn::TableLookupLanes(v, hn::IndicesFromVec(d, index));
 #endif
 }
@@ -107,8 +107,8 @@ class PairWriter {
     cursor_ += count;
     if constexpr (state == PairState::confirmed) {
       const char* const later = reinterpret_cast<const char*>(cursor_) + prefetch_bytes;
-      prefetch_exclusive(later);
-      if (HWY_UNLIKELY(count > 8)) prefetch_exclusive(later + 64);
+      base::prefetch_exclusive(later);
+      if (HWY_UNLIKELY(count > 8)) base::prefetch_exclusive(later + 64);
     }
     if (HWY_LIKELY(cursor_ <= limit_)) return;
     end() = cursor_;
@@ -118,7 +118,7 @@ class PairWriter {
   }
 
  private:
-  // Output lines are prefetched this far ahead: see docs/experiments.md.
+  // Output lines are prefetched this far ahead: see docs/explanation/what-was-tried.md.
   static constexpr std::size_t prefetch_bytes = 4096;
 
   Pair*& end() const { return state == PairState::confirmed ? out_.cursor : out_.tie_cursor; }

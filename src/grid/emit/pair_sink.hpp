@@ -61,7 +61,7 @@ class BufferSink final : public Sink {
   std::uint64_t written() const noexcept { return found() < capacity_ ? found() : capacity_; }
 
  private:
-  static constexpr std::size_t max_ranges = 2 * max_workers;
+  static constexpr std::size_t max_ranges = 2 * base::max_workers;
   // Size of a range: large, for few requests; smaller near the end, so that no worker holds what
   // another needs.
   static constexpr std::uint64_t max_range_pairs = 4096, min_range_pairs = 512;
@@ -69,7 +69,7 @@ class BufferSink final : public Sink {
   static constexpr std::uint64_t max_empty = max_range_pairs + 2 * emit_slack;
   // Counts of pairs cannot overflow. Two sets have at most m^2 pairs, m = max_box_count < 2^32 - 1,
   // one set fewer; so there are less than 2^64 - 2^33. next_ also counts the entries left empty.
-  static_assert(max_box_count * max_box_count < ~std::uint64_t{0} - max_workers * max_empty);
+  static_assert(max_box_count * max_box_count < ~std::uint64_t{0} - base::max_workers * max_empty);
 
   // Entry i of the output, which continues in the spill.
   Pair& at(std::uint64_t i) const noexcept {

@@ -43,7 +43,7 @@ void StripStorage::match(const StripStorage& other) {
   buckets.match(other.buckets);
 }
 
-Worker::Worker(Memory& memory) noexcept
+Worker::Worker(base::Memory& memory) noexcept
     : dummy_block(memory),
       bin_buffers(memory),
       query_floats(memory),
@@ -205,9 +205,9 @@ void Worker::decide_ties(Emit* emit) {
     return boxes + pair.second * stride;
   };
   for (std::size_t i = 0; i < count; ++i) {
-    prefetch_l2(first(upcoming(i)));
-    prefetch_l2(second(upcoming(i)));
-    put(pairs[i], overlap_in_memory(first(pairs[i]), second(pairs[i])));
+    base::prefetch_l2(first(upcoming(i)));
+    base::prefetch_l2(second(upcoming(i)));
+    put(pairs[i], base::overlap_in_memory(first(pairs[i]), second(pairs[i])));
   }
 }
 

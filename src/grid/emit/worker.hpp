@@ -12,7 +12,7 @@ namespace throng::grid {
 // Storage of a Strip's arrays.
 class StripStorage {
  public:
-  explicit StripStorage(Memory& memory) noexcept
+  explicit StripStorage(base::Memory& memory) noexcept
       : order(memory), ranks(memory), quantized(memory), ids(memory), buckets(memory) {}
   // Points the arrays of `strip` at storage for strip.count boxes. with_classes: query and target
   // bits differ.
@@ -21,11 +21,11 @@ class StripStorage {
   void reserve(std::uint32_t count, bool with_classes);
   void match(const StripStorage& other);
 
-  Buffer<const Record*> order;
-  Buffer<std::uint32_t> ranks;
-  Buffer<std::int16_t> quantized;
-  Buffer<std::uint32_t> ids;
-  Buffer<std::uint32_t> buckets;
+  base::Buffer<const Record*> order;
+  base::Buffer<std::uint32_t> ranks;
+  base::Buffer<std::int16_t> quantized;
+  base::Buffer<std::uint32_t> ids;
+  base::Buffer<std::uint32_t> buckets;
 };
 
 struct Segment {
@@ -42,7 +42,7 @@ class BinnedGrid;
 
 // One task's part of a binning.
 struct BinTask : BinTarget {
-  BinnedGrid* space = nullptr;
+  BinnedGrid* grid = nullptr;
   unsigned task = 0;                           // its index
   std::uintptr_t next_free = 0, free_end = 0;  // blocks taken from the pool but not used yet
   std::uintptr_t dummy = 0;                    // target of records once the pool is exhausted
@@ -50,7 +50,7 @@ struct BinTask : BinTarget {
 
 class Worker : public Emit {
  public:
-  explicit Worker(Memory& memory) noexcept;
+  explicit Worker(base::Memory& memory) noexcept;
   ~Worker();
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
@@ -72,7 +72,7 @@ class Worker : public Emit {
   void match(const Worker& other);
 
   BinTask bin;
-  Buffer<char> dummy_block, bin_buffers;
+  base::Buffer<char> dummy_block, bin_buffers;
   BoxTiles query_floats, target_floats;
 
  private:
@@ -87,12 +87,12 @@ class Worker : public Emit {
   std::size_t resolve_labels(Pair* pairs, std::size_t count) const noexcept;
   std::size_t filter(Pair* pairs, std::size_t count) const noexcept;
 
-  Memory* memory_;
+  base::Memory* memory_;
   Search* search_ = nullptr;
   Source source_ = Source::sweep;
   const ParentCell* parent_ = nullptr;
   RecursionScratch* scratch_[max_depth + 1] = {};  // the last for brute force in the innermost grid
-  Buffer<Pair> confirmed_, ties_;
+  base::Buffer<Pair> confirmed_, ties_;
   // Direct output: the range being written, and an earlier one whose rest was too short to write
   // safely. Otherwise pairs are staged.
   bool direct_ = false;

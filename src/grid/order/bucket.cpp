@@ -74,7 +74,7 @@ void radix_sort(const Bucket& bucket, Key* a, Key* b) {
   std::memset(counts, 0, passes * digits * sizeof *counts);
   const auto count_keys = [&](auto pass_count) {
     for (std::size_t i = 0; i < count; ++i) {
-      prefetch_l1(pairs + i + pairs_ahead);
+      base::prefetch_l1(pairs + i + base::pairs_ahead);
       Key key = key_of(pairs[i]);
       if (a) a[i] = key;
       for (unsigned p = 0; p < pass_count; ++p, key = static_cast<Key>(key >> digit)) {
@@ -170,7 +170,7 @@ bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* s
   std::uint32_t at[std::size_t{1} << most_run_bits];
   std::memset(at, 0, digits * sizeof *at);
   for (std::size_t i = 0; i < count; ++i) {
-    prefetch_l1(pairs + i + pairs_ahead);
+    base::prefetch_l1(pairs + i + base::pairs_ahead);
     ++at[key_of(pairs[i]) >> shift];
   }
   std::uint32_t sum = 0, longest = 0;

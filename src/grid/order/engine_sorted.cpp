@@ -29,7 +29,7 @@ void Engine::find_sorted(Call& call, Output& output) {
       return;
     }
     output.data = output.grow(output.context, found);
-    if (!output.data) throw AllocationFailed{found * sizeof(Pair)};
+    if (!output.data) throw base::AllocationFailed{found * sizeof(Pair)};
     output.capacity = found;
   }
   sorter_.sort(*call.search.kernels, *call.search.executor, call.tasks, own.data, output.data,
@@ -62,8 +62,8 @@ void Engine::consume_sorted(Call& call, const Consumer& consumer) {
 // for sorting a little more than is known here.
 void Engine::grow_pair_buffers(const Call& call) {
   const std::size_t cap = memory_.cap();
-  const std::size_t rooms = unordered_.bytes() + ordered_.bytes();
-  const std::size_t held = memory_.held() - rooms, shared = grid_.held() + sorter_.held();
+  const std::size_t buffer_bytes = unordered_.bytes() + ordered_.bytes();
+  const std::size_t held = memory_.held() - buffer_bytes, shared = grid_.held() + sorter_.held();
   const std::size_t to_come = (call.tasks - 1) * (held - shared);
   if (cap == 0 || cap < held || cap - held < to_come) return;
   const std::size_t left = (cap - held - to_come) / 8 * 7;
@@ -94,7 +94,7 @@ void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t b
     unordered_.ensure(count, true);
     ordered_.ensure(count, true);
   }
-  std::size_t room = std::min(unordered_.capacity(), ordered_.capacity());
+  std::size_t capacity = std::min(unordered_.capacity(), ordered_.capacity());
 
   const auto deliver = [&](std::size_t count) {
     sorter_.sort(*call.search.kernels, *call.search.executor, call.tasks, unordered_.data(),
@@ -105,19 +105,19 @@ void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t b
   };
   std::uint64_t counts[RangeSink::slices];
   {
-    RangeSink sink(begin, slice_bits, unordered_.data(), room);
+    RangeSink sink(begin, slice_bits, unordered_.data(), capacity);
     pass(call, sink);
     if (call.search.failed()) return;
     if (call.result.found == 0) call.result.found = sink.found();  // the first pass finds all
-    if (sink.found() <= room) return deliver(static_cast<std::size_t>(sink.found()));
+    if (sink.found() <= capacity) return deliver(static_cast<std::size_t>(sink.found()));
     for (std::size_t s = 0; s < RangeSink::slices; ++s) counts[s] = sink.in_slice(s);
   }
   grow_pair_buffers(call);
-  room = std::min(unordered_.capacity(), ordered_.capacity());
+  capacity = std::min(unordered_.capacity(), ordered_.capacity());
   for (std::size_t s = 0; s < RangeSink::slices && go_on && !call.search.failed();) {
     std::uint64_t sum = counts[s];
     const std::uint64_t at = begin + (std::uint64_t{s} << slice_bits);
-    if (sum > room) {
+    if (sum > capacity) {
       // A slice of 2^0 keys holds at most one pair, so a larger slice that does not fit can be
       // divided.
       const unsigned finer = slice_bits > 12 ? slice_bits - 12 : 0;
@@ -126,9 +126,9 @@ void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t b
       continue;
     }
     std::size_t end = s + 1;
-    while (end < RangeSink::slices && sum + counts[end] <= room) sum += counts[end++];
+    while (end < RangeSink::slices && sum + counts[end] <= capacity) sum += counts[end++];
     if (sum) {
-      RangeSink sink(at, slice_bits, unordered_.data(), room, end - s);
+      RangeSink sink(at, slice_bits, unordered_.data(), capacity, end - s);
       pass(call, sink);
       if (call.search.failed()) return;
       deliver(static_cast<std::size_t>(sink.found()));

@@ -1,9 +1,9 @@
 // Sorts lists of pairs side by side, one list per vector lane. Included once per instruction set.
-#if defined(THRONG_KERNELS_LISTS_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef THRONG_KERNELS_LISTS_INL
-#undef THRONG_KERNELS_LISTS_INL
+#if defined(THRONG_KERNELS_SORT_LISTS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_SORT_LISTS_INL
+#undef THRONG_KERNELS_SORT_LISTS_INL
 #else
-#define THRONG_KERNELS_LISTS_INL
+#define THRONG_KERNELS_SORT_LISTS_INL
 #endif
 
 #include <hwy/highway.h>

@@ -1,9 +1,9 @@
 // Sorts keys that are sorted except for short runs. Included once per instruction set.
-#if defined(THRONG_KERNELS_RUNS_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef THRONG_KERNELS_RUNS_INL
-#undef THRONG_KERNELS_RUNS_INL
+#if defined(THRONG_KERNELS_SORT_RUNS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_SORT_RUNS_INL
+#undef THRONG_KERNELS_SORT_RUNS_INL
 #else
-#define THRONG_KERNELS_RUNS_INL
+#define THRONG_KERNELS_SORT_RUNS_INL
 #endif
 
 #include <hwy/highway.h>

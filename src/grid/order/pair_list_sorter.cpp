@@ -63,7 +63,7 @@ void PairListSorter::sort(const Kernels& kernels, std::size_t begin, std::size_t
   const auto prefetch_group = [&](std::uint32_t at) {
     for (std::uint32_t i = at; i < std::min(at + lists_per_sort, long_begin); ++i) {
       const std::uint32_t f = ranked[i];
-      for (std::uint32_t k = 0; k < count_of(f); k += 8) prefetch_l2(to_ + starts[f] + k);
+      for (std::uint32_t k = 0; k < count_of(f); k += 8) base::prefetch_l2(to_ + starts[f] + k);
     }
   };
   PairList groups[2][lists_per_sort];
@@ -73,7 +73,7 @@ void PairListSorter::sort(const Kernels& kernels, std::size_t begin, std::size_t
       if (at + i >= long_begin) continue;
       const std::uint32_t f = ranked[at + i];
       group[i] = {seconds_of(f), to_ + starts[f], count_of(f), first_of(f)};
-      for (std::uint32_t k = 0; k < group[i].count; k += 8) prefetch(group[i].to + k);
+      for (std::uint32_t k = 0; k < group[i].count; k += 8) base::prefetch(group[i].to + k);
     }
   };
   for (std::uint32_t g = 1; g < groups_ahead; ++g)

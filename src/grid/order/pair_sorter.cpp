@@ -44,8 +44,8 @@ void scatter(const Pair* begin, const Pair* end, unsigned shift, std::uint64_t* 
              Pair* to) noexcept {
   for (const Pair* p = begin; p != end; ++p) {
     Pair* const at = to + next[p->first >> shift]++;
-    prefetch_l1(p + pairs_ahead);
-    prefetch(at + prefetch_distance);
+    base::prefetch_l1(p + base::pairs_ahead);
+    base::prefetch(at + prefetch_distance);
     *at = *p;
   }
 }
@@ -84,16 +84,16 @@ void PairSorter::sort_as_lists(const Job& job) {
       reinterpret_cast<std::uint32_t*>(histograms_.ensure((parts * firsts + 1) / 2));
   Pair *const from = job.from, *const to = job.to;
   auto* const seconds = reinterpret_cast<std::uint32_t*>(to);
-  const auto part = [&](std::size_t p) { return part_begin(job.count, parts, p); };
-  parallel_for(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
+  const auto part = [&](std::size_t p) { return base::part_begin(job.count, parts, p); };
+  base::parallel_for(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
     std::uint32_t* const mine = counters + p * firsts;
     std::memset(mine, 0, firsts * sizeof *mine);
     // Two streams: neighbours often have the same first, and each increment would wait for the
     // other.
     const std::size_t begin = part(p), half = (part(p + 1) - begin) / 2;
     for (std::size_t i = begin; i < begin + half; ++i) {
-      prefetch_l1(from + i + pairs_ahead);
-      prefetch_l1(from + i + half + pairs_ahead);
+      base::prefetch_l1(from + i + base::pairs_ahead);
+      base::prefetch_l1(from + i + half + base::pairs_ahead);
       ++mine[from[i].first];
       ++mine[from[i + half].first];
     }
@@ -103,9 +103,9 @@ void PairSorter::sort_as_lists(const Job& job) {
   // Turns each counter into the destination of its part's seconds: the latter half of the
   // list's place in the output.
   const std::size_t chunks = job.tasks == 1 ? 1 : std::min<std::size_t>(4 * job.tasks, max_chunks);
-  const auto chunk = [&](std::size_t c) { return part_begin(firsts, chunks, c); };
+  const auto chunk = [&](std::size_t c) { return base::part_begin(firsts, chunks, c); };
   std::uint32_t before[max_chunks + 1], longest[max_chunks];
-  parallel_for(job.executor, job.tasks, chunks, [&](std::size_t c, unsigned) {
+  base::parallel_for(job.executor, job.tasks, chunks, [&](std::size_t c, unsigned) {
     std::uint32_t sum = 0, most = 0;
     for (std::size_t f = chunk(c); f < chunk(c + 1); ++f) {
       std::uint32_t list = 0;
@@ -117,7 +117,7 @@ void PairSorter::sort_as_lists(const Job& job) {
     longest[c] = most;
   });
   std::exclusive_scan(before, before + chunks, before, 0u);
-  parallel_for(job.executor, job.tasks, chunks, [&](std::size_t c, unsigned) {
+  base::parallel_for(job.executor, job.tasks, chunks, [&](std::size_t c, unsigned) {
     std::uint32_t end = 2 * before[c];
     for (std::size_t f = chunk(c); f < chunk(c + 1); ++f) {
       for (unsigned p = 0; p < parts; ++p) end += counters[p * firsts + f];
@@ -127,12 +127,12 @@ void PairSorter::sort_as_lists(const Job& job) {
       }
     }
   });
-  parallel_for(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
+  base::parallel_for(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
     std::uint32_t* const next = counters + p * firsts;
     for (const Pair *q = from + part(p), *const end = from + part(p + 1); q != end; ++q) {
       std::uint32_t* const at = seconds + next[q->first]++;
-      prefetch_l1(q + pairs_ahead);
-      prefetch(at + seconds_per_line);
+      base::prefetch_l1(q + base::pairs_ahead);
+      base::prefetch(at + seconds_per_line);
       *at = q->second;
     }
   });
@@ -146,10 +146,11 @@ void PairSorter::sort_as_lists(const Job& job) {
   const std::size_t step = std::clamp<std::size_t>(firsts / chunks_wanted / lists_per_sort, 1,
                                                    PairListSorter::max_lists / lists_per_sort) *
                            lists_per_sort;
-  parallel_for(job.executor, job.tasks, (firsts + step - 1) / step, [&](std::size_t s, unsigned t) {
-    lists.sort(job.kernels, s * step, std::min(firsts, (s + 1) * step), scratch + scratch_size * t,
-               from);
-  });
+  base::parallel_for(job.executor, job.tasks, (firsts + step - 1) / step,
+                     [&](std::size_t s, unsigned t) {
+                       lists.sort(job.kernels, s * step, std::min(firsts, (s + 1) * step),
+                                  scratch + scratch_size * t, from);
+                     });
 }
 
 // One pass splits the pairs into buckets by the leading bits of `first`; the buckets are sorted one
@@ -175,12 +176,12 @@ void PairSorter::sort_as_buckets(const Job& job) {
   }
   const unsigned parts = part_count(job.tasks);
   std::uint64_t* histograms = histograms_.ensure((parts + std::size_t{1}) * buckets, true);
-  const auto part = [&](std::size_t p) { return part_begin(count, parts, p); };
-  parallel_for(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
+  const auto part = [&](std::size_t p) { return base::part_begin(count, parts, p); };
+  base::parallel_for(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
     std::uint64_t* mine = histograms + p * buckets;
     std::memset(mine, 0, buckets * sizeof *mine);
     for (std::size_t i = part(p), end = part(p + 1); i < end; ++i) {
-      prefetch_l1(from + i + pairs_ahead);
+      base::prefetch_l1(from + i + base::pairs_ahead);
       ++mine[from[i].first >> shift];
     }
   });
@@ -197,14 +198,14 @@ void PairSorter::sort_as_buckets(const Job& job) {
     ends[b] = sum;
     largest = std::max(largest, sum - begin);
   }
-  parallel_for(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
+  base::parallel_for(job.executor, job.tasks, parts, [&](std::size_t p, unsigned) {
     scatter(from + part(p), from + part(p + 1), shift, histograms + p * buckets, to);
   });
 
   const std::size_t scratch_size = Bucket::scratch_size(
       static_cast<std::size_t>(std::min<std::uint64_t>(largest, PairListSorter::scratch_pairs)));
   std::uint64_t* scratch = scratch_.ensure(scratch_size * job.tasks + 1);
-  parallel_for(job.executor, job.tasks, buckets, [&](std::size_t b, unsigned t) {
+  base::parallel_for(job.executor, job.tasks, buckets, [&](std::size_t b, unsigned t) {
     const std::uint64_t begin = b == 0 ? 0 : ends[b - 1];
     const auto size = static_cast<std::size_t>(ends[b] - begin);
     const Bucket bucket{to + begin, size, shift,

@@ -14,7 +14,7 @@ namespace throng::grid {
 
 class PairSorter {
  public:
-  explicit PairSorter(Memory& memory) noexcept : histograms_(memory), scratch_(memory) {}
+  explicit PairSorter(base::Memory& memory) noexcept : histograms_(memory), scratch_(memory) {}
 
   // Sorts the `count` pairs of `from` by first, then second, into `to`; overwrites `from`. Every
   // first is below first_count, every second below second_count.
@@ -36,8 +36,8 @@ class PairSorter {
   void sort_as_lists(const Job&);
   void sort_as_buckets(const Job&);
 
-  Buffer<std::uint64_t> histograms_;
-  Buffer<std::uint64_t> scratch_;  // of all tasks
+  base::Buffer<std::uint64_t> histograms_;
+  base::Buffer<std::uint64_t> scratch_;  // of all tasks
 };
 
 }  // namespace throng::grid

@@ -1,5 +1,5 @@
-// Splits a problem by world and static where that is cheaper (apart.hpp): none of the parts
-// compares boxes that never pair.
+// Splits a problem by world and static where that is cheaper (filter_planning.hpp): none of the
+// parts compares boxes that never pair.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,8 @@ class Worker;
 
 class FilterPartition {
  public:
-  explicit FilterPartition(Memory& memory) noexcept : a_(memory), b_(memory), problems_(memory) {}
+  explicit FilterPartition(base::Memory& memory) noexcept
+      : a_(memory), b_(memory), problems_(memory) {}
 
   // Splits the boxes of the search's set (or sets) by static and by world. Counts the inactive
   // ones, which are in no problem.
@@ -27,7 +28,7 @@ class FilterPartition {
  private:
   // Ids of active boxes: the movers by world, then the static ones by world; -1 is the first world.
   struct Sorted {
-    explicit Sorted(Memory& memory) noexcept : ids(memory), runs(memory), slots(memory) {}
+    explicit Sorted(base::Memory& memory) noexcept : ids(memory), runs(memory), slots(memory) {}
     struct Run {  // the moving or the static boxes of one world
       std::int32_t world;
       std::uint32_t begin, count;
@@ -39,9 +40,9 @@ class FilterPartition {
       std::uint32_t first_run = 0, run_count = 0;
       std::uint32_t begin = 0, count = 0;  // of all boxes in them
     };
-    Buffer<std::uint32_t> ids;
-    Buffer<Run> runs;
-    Buffer<std::uint64_t> slots;
+    base::Buffer<std::uint32_t> ids;
+    base::Buffer<Run> runs;
+    base::Buffer<std::uint64_t> slots;
     MotionGroup motion_groups[2];  // movers, static
     const Boxes* boxes = nullptr;
 
@@ -65,7 +66,7 @@ class FilterPartition {
   void two_sets();
 
   Sorted a_, b_;
-  Buffer<Problem> problems_;
+  base::Buffer<Problem> problems_;
   std::uint32_t problem_count_ = 0;
 };
 

@@ -16,8 +16,8 @@ struct Sample {
     std::uint32_t id;
   };
   std::uint32_t count = 0;
-  Place place[base::max_sample];
-  Box box[base::max_sample];
+  Place place[max_sample];
+  Box box[max_sample];
 
   explicit Sample(const Search& search) {
     const std::uint64_t of_a = search.a->size();
@@ -47,7 +47,7 @@ struct ByWorld {
     std::uint32_t at;  // index in the sample
   };
   std::uint32_t count = 0;
-  One one[base::max_sample];
+  One one[max_sample];
 
   ByWorld(const Search& search, const Sample& sample) {
     for (std::uint32_t i = 0; i < sample.count; ++i) {
@@ -108,7 +108,7 @@ bool share_one_place(const Search& search, const Sample& sample, const ByWorld& 
 // Plans columns per world, for worlds in one place. Returns false if that does not pay: the worlds
 // are in different places, or there are too many, or too many boxes are in all worlds, as every
 // column has to process these.
-bool plan_worlds(const Search& search, const FilterClasses& filter_classes, base::GridPlan& plan) {
+bool plan_worlds(const Search& search, const FilterClasses& filter_classes, GridPlan& plan) {
   const std::uint64_t boxes = box_count(search);
   const std::uint64_t worlds = static_cast<std::uint64_t>(filter_classes.greatest_world()) + 1;
   if (worlds > boxes || worlds > max_columns || filter_classes.everywhere() * worlds > boxes)
@@ -118,13 +118,13 @@ bool plan_worlds(const Search& search, const FilterClasses& filter_classes, base
   if (by_world.count < 2 || !share_one_place(search, sample, by_world)) return false;
   const double share = std::max(1 / static_cast<double>(worlds), by_world.same());
   const auto each = static_cast<std::uint64_t>(share * static_cast<double>(boxes));
-  Box box[base::max_sample];
+  Box box[max_sample];
   for (std::uint32_t i = 0; i < by_world.count; ++i) box[i] = sample.box[by_world.one[i].at];
-  const base::Stats stats = base::measure(box, by_world.count, each, each);
+  const Stats stats = measure(box, by_world.count, each, each);
   // Wider columns if there would be too many.
   for (float wider = 1; wider <= 4; wider *= 2) {
     plan =
-        base::plan(stats, search.kernels->sweep_cost, Algorithm::grid, search.cell_scale * wider);
+        grid::plan(stats, search.kernels->sweep_cost, Algorithm::grid, search.cell_scale * wider);
     if (plan.map.column_count() * worlds > max_columns) continue;
     plan.worlds = static_cast<std::uint32_t>(worlds);
     plan.expected_ns /= share;
@@ -140,14 +140,14 @@ bool plan_worlds(const Search& search, const FilterClasses& filter_classes, base
 // mixture. A separate search costs about 1.3 times the rest, plus some 25 ns per box for sorting
 // and more grids.
 bool separate_static_pays(const Search& search, const FilterClasses& filter_classes,
-                          const base::GridPlan& all) {
+                          const GridPlan& all) {
   if (filter_classes.all_static()) return true;
   constexpr double mixed_cost_factor = 1.3, separation_ns = 25, binning_ns = 5;
   const std::uint64_t boxes = box_count(search);
   const double extra = separation_ns * static_cast<double>(boxes);
   if (all.expected_ns <= extra) return false;
   const Sample sample(search);
-  Box of_class[2][base::max_sample];
+  Box of_class[2][max_sample];
   std::uint32_t taken[2] = {0, 0};
   for (std::uint32_t i = 0; i < sample.count; ++i) {
     const bool is_static = filter_classes.is_static(sample.place[i].second, sample.place[i].id);
@@ -157,8 +157,8 @@ bool separate_static_pays(const Search& search, const FilterClasses& filter_clas
   double comparing[2];
   for (const unsigned k : {0, 1}) {
     const std::uint64_t count = boxes * taken[k] / std::max(sample.count, 1u);
-    const base::GridPlan plan = base::plan(base::measure(of_class[k], taken[k], count, count),
-                                           search.kernels->sweep_cost, Algorithm::grid, 1);
+    const GridPlan plan = grid::plan(measure(of_class[k], taken[k], count, count),
+                                     search.kernels->sweep_cost, Algorithm::grid, 1);
     comparing[k] = std::max(0.0, plan.expected_ns - binning_ns * static_cast<double>(count));
   }
   const double roots = std::sqrt(comparing[0]) + std::sqrt(comparing[1]);
@@ -169,7 +169,7 @@ bool separate_static_pays(const Search& search, const FilterClasses& filter_clas
 }  // namespace
 
 bool plan_with_filters(Search& search, const Problem& whole, Algorithm forced, unsigned task_count,
-                       FilterClasses& filter_classes, base::GridPlan& plan) {
+                       FilterClasses& filter_classes, GridPlan& plan) {
   search.owners = search.a->filters.owner && search.b->filters.owner;
   if (!FilterClasses::needed(*search.a) && !FilterClasses::needed(*search.b)) {
     plan = make_plan(search, whole, forced);
@@ -184,7 +184,7 @@ bool plan_with_filters(Search& search, const Problem& whole, Algorithm forced, u
   bool in_columns = false;
   if (one) plan = make_plan(search, whole, forced);
   if (one && filter_classes.several_worlds()) {
-    base::GridPlan of_worlds;
+    GridPlan of_worlds;
     in_columns =
         plan_worlds(search, filter_classes, of_worlds) && of_worlds.expected_ns < plan.expected_ns;
     one = in_columns || plan.expected_ns <= cheap_ns * static_cast<double>(box_count(search));

@@ -7,8 +7,8 @@ namespace throng::grid {
 
 // Reads the filters of a search of `whole` and plans with them. Returns true: one problem, with the
 // plan in `plan`; the checks left for boxes and pairs are set in the search. Returns false: split
-// into problems per world and for moving and static boxes (partition.hpp).
+// into problems per world and for moving and static boxes (filter_partition.hpp).
 bool plan_with_filters(Search&, const Problem& whole, Algorithm forced, unsigned task_count,
-                       FilterClasses&, base::GridPlan& plan);
+                       FilterClasses&, GridPlan& plan);
 
 }  // namespace throng::grid

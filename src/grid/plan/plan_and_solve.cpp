@@ -20,15 +20,15 @@ std::uint32_t sample_subset(const Search& search, const BoxSubset& side, std::ui
   // Sampling distance in units of 2^-32; the jitter is 0 if all boxes are taken.
   const std::uint64_t step = (std::uint64_t{side.count} << 32) / count;
   const std::uint64_t gap = step >> 32;
-  std::uint32_t ids[base::max_sample];
+  std::uint32_t ids[max_sample];
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint64_t jitter = (i * 0x9e3779b1u) * gap >> 32;
     const std::uint64_t at = (i * step >> 32) + jitter;
     ids[i] = side.id(static_cast<std::uint32_t>(std::min<std::uint64_t>(at, side.count - 1)));
     if (!packed) continue;
     const char* const box = packed + ids[i] * boxes.stride_bytes();
-    prefetch_l2(box);
-    prefetch_l2(box + sizeof(Box) - sizeof(float));
+    base::prefetch_l2(box);
+    base::prefetch_l2(box + sizeof(Box) - sizeof(float));
   }
   std::uint32_t taken = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -40,28 +40,28 @@ std::uint32_t sample_subset(const Search& search, const BoxSubset& side, std::ui
 
 }  // namespace
 
-base::GridPlan make_plan(const Search& search, const Problem& problem, Algorithm forced) {
+GridPlan make_plan(const Search& search, const Problem& problem, Algorithm forced) {
   const std::uint64_t queries = problem.queries.count, targets = problem.targets.count;
   const std::uint64_t boxes = queries + targets;
-  if (boxes <= base::all_pairs_limit || forced == Algorithm::all_pairs) {
-    base::Stats few;
+  if (boxes <= all_pairs_limit || forced == Algorithm::all_pairs) {
+    Stats few;
     few.query_count = queries;
     few.target_count = boxes;
     if (forced != Algorithm::grid)
-      return base::plan(few, search.kernels->sweep_cost, forced, search.cell_scale);
+      return grid::plan(few, search.kernels->sweep_cost, forced, search.cell_scale);
   }
   const std::uint32_t wanted = sample_size(boxes);
-  Box sample[base::max_sample];
+  Box sample[max_sample];
   const auto query_share =
       static_cast<std::uint32_t>(wanted * queries / std::max<std::uint64_t>(boxes, 1));
   const std::uint32_t first = std::max(query_share, std::min(wanted / 8, problem.queries.count));
   std::uint32_t count = sample_subset(search, problem.queries, std::min(first, wanted), sample);
   count += sample_subset(search, problem.targets, wanted - std::min(first, wanted), sample + count);
-  return base::plan(base::measure(sample, count, boxes, boxes), search.kernels->sweep_cost, forced,
+  return grid::plan(measure(sample, count, boxes, boxes), search.kernels->sweep_cost, forced,
                     search.cell_scale);
 }
 
-void solve_on_one_worker(Search& search, const Problem& problem, const base::GridPlan& plan,
+void solve_on_one_worker(Search& search, const Problem& problem, const GridPlan& plan,
                          Worker& worker, unsigned depth) {
   Worker* const team[] = {&worker};
   BinReport ignored;  // reported when the lists were made

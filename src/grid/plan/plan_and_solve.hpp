@@ -11,12 +11,12 @@ namespace throng::grid {
 
 // Number of boxes sampled for a plan.
 constexpr std::uint32_t sample_size(std::uint64_t boxes) noexcept {
-  return boxes < 4096 ? 64 : (boxes < 65536 ? 256 : base::max_sample);
+  return boxes < 4096 ? 64 : (boxes < 65536 ? 256 : max_sample);
 }
 // Plans from a sample of a problem's boxes.
-base::GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
+GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
 
 // Solves a problem with one worker: a column of a grid of depth - 1, or one world of many.
-void solve_on_one_worker(Search&, const Problem&, const base::GridPlan&, Worker&, unsigned depth);
+void solve_on_one_worker(Search&, const Problem&, const GridPlan&, Worker&, unsigned depth);
 
 }  // namespace throng::grid

@@ -4,7 +4,7 @@
 #include <cfloat>
 #include <cmath>
 
-namespace throng::base {
+namespace throng::grid {
 namespace {
 
 constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    8,    10,   12,
@@ -15,12 +15,13 @@ constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    
 // Column indices are 32-bit: a plan has at most 2^17 columns, sections times parts, which price()
 // and the loops over sections ensure. A position along an axis, columns * 32768 - 1 at most, fits
 // 31 bits.
-static_assert(std::uint64_t{max_columns_per_axis} * steps_per_column <= 0x7fffffffu);
-Quantizer make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
-  Quantizer map;
+static_assert(std::uint64_t{base::max_columns_per_axis} * base::steps_per_column <= 0x7fffffffu);
+base::Quantizer make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
+  base::Quantizer map;
   for (int k = 0; k < 3; ++k) {
     const double length = double{s.upper[k]} - double{s.lower[k]};
-    const double wanted = columns[k] * double{steps_per_column} / std::max(length, least_length);
+    const double wanted =
+        columns[k] * double{base::steps_per_column} / std::max(length, least_length);
     map.by_bits[k] = s.by_bits[k];
     map.centre[k] = s.centre[k];
     // A length is at least one ulp of its ends, so these stay below 2^26 if it becomes 1.
@@ -29,7 +30,7 @@ Quantizer make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
     map.is_identity = map.is_identity && map.factor[k] == 1 && !s.by_bits[k];
     map.origin[k] = s.lower[k] * map.factor[k];
     map.scale[k] = static_cast<float>(std::min(wanted / double{map.factor[k]}, 3e38));
-    map.max[k] = largest_index(columns[k]);
+    map.max[k] = base::largest_index(columns[k]);
     map.columns[k] = columns[k];
   }
   map.stride[0] = columns[1] * columns[2];
@@ -64,13 +65,13 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   const double max_columns = std::clamp(n / 48, 1.0, double{1u << 17});
   // The costs of sweeping along x that do not depend on the number of columns. `window`: the
   // fraction of a column's boxes that begin within one of them.
-  struct Sweep {
+  struct AxisCosts {
     std::uint32_t x;
     double share_x, share_y, share_z, share_yz, window, step_parts, most_parts;
   };
   const auto sweep_along = [&](std::uint32_t x) {
     const std::uint32_t y = (x + 1) % 3, z = (x + 2) % 3;
-    Sweep sweep;
+    AxisCosts sweep;
     sweep.x = x;
     sweep.share_x = std::min(1.0, extents[x] / length[x]);
     sweep.share_y = extents[y] / length[y];
@@ -84,18 +85,19 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     }
     // Long columns are divided if their boxes are short enough: to stay in the cache, and to make
     // an extent some quantization steps long, as each tie reads the floats.
-    sweep.step_parts = std::ceil(extent_steps / (steps_per_column * std::max(sweep.share_x, 1e-9)));
+    sweep.step_parts =
+        std::ceil(extent_steps / (base::steps_per_column * std::max(sweep.share_x, 1e-9)));
     sweep.most_parts = std::min(4096.0, std::floor(0.125 / std::max(sweep.share_x, 1e-9)) + 1);
     return sweep;
   };
   // A box crosses a fraction of the cy - 1 boundaries: its extent's fraction of the range.
-  const auto replicas_of = [](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
+  const auto replicas_of = [](const AxisCosts& sweep, std::uint32_t cy, std::uint32_t cz) {
     const double y = cy - 1, z = cz - 1;
     return 1 + sweep.share_y * y + sweep.share_z * z + sweep.share_yz * y * z;
   };
   // A lower bound of the cost of every plan with at least this many columns.
   const double least_record_ns = record_ns + sweep_cost(0);
-  const auto least = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
+  const auto least = [&](const AxisCosts& sweep, std::uint32_t cy, std::uint32_t cz) {
     const double replicas = replicas_of(sweep, cy, cz);
     return work * (box_ns - replica_ns + replicas * (replica_ns + least_record_ns)) +
            empty_ns * cy * cz;
@@ -103,7 +105,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   // Of the columns across x, the number that hold boxes, derived from the probability that two
   // boxes share one. Without clustering, at most the number of layers per axis; boxes slightly
   // clustered, but in all columns, have correspondingly more neighbours.
-  const auto occupied_columns = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
+  const auto occupied_columns = [&](const AxisCosts& sweep, std::uint32_t cy, std::uint32_t cz) {
     if (!s.clustered) {
       const double y = std::min(layers[(sweep.x + 1) % 3], static_cast<double>(cy));
       const double z = std::min(layers[(sweep.x + 2) % 3], static_cast<double>(cz));
@@ -116,7 +118,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   struct Price {
     double parts, replicas, cost;
   };
-  const auto price = [&](const Sweep& sweep, std::uint32_t cy, std::uint32_t cz) {
+  const auto price = [&](const AxisCosts& sweep, std::uint32_t cy, std::uint32_t cz) {
     const double sections = static_cast<double>(cy) * cz;
     const double replicas = replicas_of(sweep, cy, cz);
     const double full = occupied_columns(sweep, cy, cz);
@@ -153,7 +155,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   constexpr std::uint32_t numbers = sizeof column_counts / sizeof *column_counts;
   std::uint32_t best_y = 0, best_z = 0;
   for (std::uint32_t x = 0; x < 3; ++x) {
-    const Sweep sweep = sweep_along(x);
+    const AxisCosts sweep = sweep_along(x);
     for (std::uint32_t y = 0; y < numbers; y += 2) {
       const std::uint32_t cy = column_counts[y];
       if (cy > max_columns || !may_divide((x + 1) % 3, cy)) break;
@@ -170,7 +172,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
       }
     }
   }
-  const Sweep along_best = sweep_along(best.sweep_axis);
+  const AxisCosts along_best = sweep_along(best.sweep_axis);
   for (std::uint32_t y = best_y - (best_y != 0); y <= std::min(best_y + 1, numbers - 1); ++y) {
     for (std::uint32_t z = best_z - (best_z != 0); z <= std::min(best_z + 1, numbers - 1); ++z) {
       const std::uint32_t cy = column_counts[y], cz = column_counts[z];
@@ -189,7 +191,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     const auto scaled = [&](std::uint32_t count, std::uint32_t axis, double scale) {
       if (extents[axis] >= length[axis]) return 1u;
       return static_cast<std::uint32_t>(
-          std::clamp(std::round(count / scale), 1.0, double{max_columns_per_axis}));
+          std::clamp(std::round(count / scale), 1.0, double{base::max_columns_per_axis}));
     };
     for (double scale = double{cell_scale};; scale *= 1.125) {
       if (cell_scale < 1 && scale >= 1) break;  // keeps the plan
@@ -212,4 +214,4 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   return best;
 }
 
-}  // namespace throng::base
+}  // namespace throng::grid

@@ -9,7 +9,7 @@
 #include "base/quantize.hpp"
 #include "grid/plan/stats.hpp"
 
-namespace throng::base {
+namespace throng::grid {
 
 // The cost of comparing a box with a window of `window` boxes, in the ns of the constants below:
 // the cheaper of two methods, one with a cheap start, one with cheap comparisons. Windows below
@@ -28,7 +28,7 @@ struct SweepCost {
 struct GridPlan {
   bool all_pairs = false;
   std::uint32_t sweep_axis = 0;
-  Quantizer map;
+  base::Quantizer map;
   std::uint32_t worlds = 1;  // each has its own `map` columns, in order of worlds
   double replicas = 1;       // expected columns per box
   bool clustered = false;    // boxes are denser than an even spread
@@ -67,4 +67,4 @@ constexpr double extent_steps = 32;
 // small columns would exhaust any memory.
 constexpr double most_scaled_replicas = 16;
 
-}  // namespace throng::base
+}  // namespace throng::grid

@@ -57,7 +57,7 @@ double estimate_ties(const Strip& from, std::uint32_t query, const Strip& to, st
 }
 
 // Estimates the cost of sweeping the targets for one query, from a sample of queries.
-double estimate_sweep_ns(const base::SweepCost& cost, const Strip& from, const Strip& to) {
+double estimate_sweep_ns(const SweepCost& cost, const Strip& from, const Strip& to) {
   if (from.count == 0 || to.count == 0) return 0;
   constexpr std::uint32_t samples = 32;
   const std::uint32_t step = std::max(1u, from.count / samples);
@@ -153,7 +153,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   // Two sides may have more boxes than 32-bit labels: then they are swept.
   const std::size_t boxes = std::size_t{a.count} + b.count;
   if (boxes < min_boxes_brute || boxes > max_box_count) return false;
-  const base::SweepCost& cost = search.kernels->sweep_cost;
+  const SweepCost& cost = search.kernels->sweep_cost;
   double sweep_ns = 0;
   if (problem.self) sweep_ns += a.count * estimate_sweep_ns(cost, a, a);
   sweep_ns += a.count * estimate_sweep_ns(cost, a, b) + b.count * estimate_sweep_ns(cost, b, a);
@@ -162,7 +162,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   const bool refine_possible = boxes >= min_boxes && depth + 1 < max_grid_depth(search);
   const double of_a = a.count, of_b = b.count;
   const double comparisons = (problem.self ? 0.5 * of_a * of_a : 0) + of_a * of_b;
-  const double brute = comparisons * std::max(base::brute_force_ns, 2 * cost.long_box_ns);
+  const double brute = comparisons * std::max(brute_force_ns, 2 * cost.long_box_ns);
   const bool brute_possible = brute < max_brute_share * sweep_ns;
   if (!refine_possible && !brute_possible) return false;
 
@@ -182,7 +182,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   };
   const Problem part{side(problem.queries.boxes, 0, a.count),
                      side(problem.targets.boxes, a.count, b.count), problem.self, &parent};
-  base::GridPlan finer;
+  GridPlan finer;
   if (refine_possible) finer = make_plan(search, part, Algorithm::grid);
   bool separated = false;
   const bool large_gain = finer.expected_ns < large_gain_share * sweep_ns;

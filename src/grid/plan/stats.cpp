@@ -9,7 +9,7 @@
 #include "base/bounds.hpp"
 #include "base/quantize.hpp"
 
-namespace throng::base {
+namespace throng::grid {
 namespace {
 
 // A box of the sample. Each loop processes all axes together, as one axis alone would wait for its
@@ -21,8 +21,10 @@ struct Corners {
 };
 
 Corners corners_of(const Box& b) noexcept {
-  return {{clamp_finite(b.lower.x), clamp_finite(b.lower.y), clamp_finite(b.lower.z)},
-          {clamp_finite(b.upper.x), clamp_finite(b.upper.y), clamp_finite(b.upper.z)}};
+  return {
+      {base::clamp_finite(b.lower.x), base::clamp_finite(b.lower.y), base::clamp_finite(b.lower.z)},
+      {base::clamp_finite(b.upper.x), base::clamp_finite(b.upper.y),
+       base::clamp_finite(b.upper.z)}};
 }
 
 struct Range {
@@ -122,7 +124,7 @@ bool switch_to_bits(Corners* sample, std::uint32_t count, int k, const Range& ra
     std::nth_element(lowers, lowers + count / 2, lowers + count);
     const float middle = lowers[count / 2];
     for (const float centre : {0.0f, *std::min_element(lowers, lowers + count), middle}) {
-      const auto position = [centre](float x) { return position_by_bits(x, centre); };
+      const auto position = [centre](float x) { return base::position_by_bits(x, centre); };
       float low = FLT_MAX, high = -FLT_MAX;
       for (std::uint32_t i = 0; i < count; ++i) {
         low = std::min(low, position(sample[i].lower[k]));
@@ -137,8 +139,8 @@ bool switch_to_bits(Corners* sample, std::uint32_t count, int k, const Range& ra
   }
   s.by_bits[k] = take;
   for (std::uint32_t i = 0; i < count && take; ++i) {
-    sample[i].lower[k] = position_by_bits(sample[i].lower[k], s.centre[k]);
-    sample[i].upper[k] = position_by_bits(sample[i].upper[k], s.centre[k]);
+    sample[i].lower[k] = base::position_by_bits(sample[i].lower[k], s.centre[k]);
+    sample[i].upper[k] = base::position_by_bits(sample[i].upper[k], s.centre[k]);
   }
   return take;
 }
@@ -262,15 +264,15 @@ void measure_density(const CellIndices& places, const Range& range, Stats& s) no
 // Compares a few boxes with the whole sample: see Stats::layer_overlap.
 void measure_windows(const Corners* sample, std::uint32_t count, const Range& range,
                      Stats& s) noexcept {
-  constexpr std::uint32_t looks = 8;
-  if (s.clustered || count < 4 * looks) return;
+  constexpr std::uint32_t probes = 8;
+  if (s.clustered || count < 4 * probes) return;
   for (int k = 0; k < 3; ++k) {
     float lowers[max_sample];
     for (std::uint32_t i = 0; i < count; ++i) lowers[i] = sample[i].lower[k];
     std::uint32_t all = 0;
     double extents = 0;
-    for (std::uint32_t look = 0; look < looks; ++look) {
-      const Corners& box = sample[look * count / looks];
+    for (std::uint32_t probe = 0; probe < probes; ++probe) {
+      const Corners& box = sample[probe * count / probes];
       const float low = box.lower[k], high = box.upper[k];
       for (std::uint32_t i = 0; i < count; ++i)
         all += static_cast<std::uint32_t>(lowers[i] >= low) &
@@ -278,10 +280,10 @@ void measure_windows(const Corners* sample, std::uint32_t count, const Range& ra
       const double from = std::max(double{low}, range.lower[k]);
       extents += std::max(0.0, std::min(double{high}, range.upper[k]) - from);
     }
-    const double others = all - looks;  // each begins within itself
-    const double share = (others - 2 * std::sqrt(others)) / (looks * (count - 1.0));
+    const double others = all - probes;  // each begins within itself
+    const double share = (others - 2 * std::sqrt(others)) / (probes * (count - 1.0));
     const double length = std::max(range.upper[k] - range.lower[k], least_length);
-    const double even = extents / (looks * length);
+    const double even = extents / (probes * length);
     if (share > clustered_threshold * even) s.layer_overlap[k] = share - even;
   }
 }
@@ -337,4 +339,4 @@ Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
   return s;
 }
 
-}  // namespace throng::base
+}  // namespace throng::grid

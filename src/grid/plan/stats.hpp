@@ -5,7 +5,7 @@
 
 #include <throng/types.hpp>
 
-namespace throng::base {
+namespace throng::grid {
 
 constexpr std::uint32_t max_sample = 512;
 // Shorter ranges count as this long. Below the least float, as boxes may be that small.
@@ -48,4 +48,4 @@ struct Stats {
 Stats measure(const Box* sample, std::uint32_t count, std::uint64_t query_count,
               std::uint64_t target_count) noexcept;
 
-}  // namespace throng::base
+}  // namespace throng::grid

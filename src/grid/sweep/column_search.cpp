@@ -158,7 +158,7 @@ void ColumnSearch::count(Part& part) {
   std::memset(in, 0, part.strip.bucket_count * sizeof *in);
   const auto prefetch_segment = [](const Segment& segment) {
     for (std::uint32_t k = 0; k < segment.count; k += 64 / sizeof(Record))
-      prefetch_l2(segment.records + k);
+      base::prefetch_l2(segment.records + k);
   };
   for (const ColumnBoxes& raw : part.raw) {
     const std::span<const Segment> all = segments(raw);
@@ -280,7 +280,7 @@ void ColumnSearch::fill(Strip& strip, unsigned side, StripStorage& storage) cons
 // Sweeping them.
 
 // In pieces, so that cancellation is noticed promptly in a column of very many boxes.
-void ColumnSearch::sweep(Sweep args) {
+void ColumnSearch::sweep(SweepArgs args) {
   constexpr std::uint32_t comparisons = 1u << 26;
   const std::uint32_t pieces = comparisons / (args.targets->count + 1) / sweep_piece;
   const std::uint32_t step = std::max(pieces, 1u) * sweep_piece;
@@ -322,7 +322,7 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
   const Record** order = scratch_.wide_strip.order.ensure(wide_count + record_padding);
   Strip strip;
   for (std::uint32_t i = 0; i < wide_count; ++i) {
-    const Spanning& s = grid_.wide_[side][i];
+    const WideBox& s = grid_.wide_[side][i];
     bool touches = s.column_offset == place || s.column_offset == needs_slow_path;
     for (int k = 0; k < 3; ++k) {
       touches &= base::column_of(s.lower[k]) <= at[k] && at[k] <= base::column_of(s.upper[k]);

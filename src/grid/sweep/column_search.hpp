@@ -24,12 +24,12 @@ static_assert(subset_bit + 2 <= FilterClasses::first_bit);
 // One worker's search through columns.
 class ColumnSearch {
  public:
-  ColumnSearch(Search& search, const Problem& problem, const base::GridPlan& plan,
-               BinnedGrid& space, Worker& worker, unsigned depth)
+  ColumnSearch(Search& search, const Problem& problem, const GridPlan& plan, BinnedGrid& grid,
+               Worker& worker, unsigned depth)
       : search_(search),
         problem_(problem),
         plan_(plan),
-        grid_(space),
+        grid_(grid),
         worker_(worker),
         scratch_(worker.scratch(depth)),
         depth_(depth) {}
@@ -67,7 +67,7 @@ class ColumnSearch {
   void sort(std::span<Part> parts);
   bool sweep_mixed(std::uint32_t column, std::span<const ColumnBoxes> sides);
   void fill(Strip& strip, unsigned side, StripStorage& storage) const;
-  void sweep(Sweep args);
+  void sweep(SweepArgs args);
   void sweep_against(const Strip& from, const Strip& to, bool skip_own_bucket,
                      Orientation orientation);
   void sweep_wide(std::uint32_t column, unsigned side, const Strip& targets, Orientation);
@@ -88,7 +88,7 @@ class ColumnSearch {
 
   Search& search_;
   const Problem& problem_;
-  const base::GridPlan& plan_;
+  const GridPlan& plan_;
   BinnedGrid& grid_;
   Worker& worker_;
   RecursionScratch& scratch_;

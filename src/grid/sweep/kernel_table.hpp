@@ -20,7 +20,7 @@ struct Record {
 static_assert(sizeof(Record) == 16);
 
 // A box that touches too many columns for one record in each: its quantized bounds on three axes.
-struct Spanning {
+struct WideBox {
   std::int32_t lower[3];
   std::int32_t upper[3];
   std::uint32_t id;
@@ -110,7 +110,7 @@ struct Strip {
   }
 };
 
-struct Sweep {
+struct SweepArgs {
   const Strip* queries = nullptr;
   const Strip* targets = nullptr;
   const std::uint32_t* start = nullptr;  // first target of each query; null: the next box
@@ -178,7 +178,7 @@ struct WorldRange {
 
 struct Kernels {
   Isa isa;
-  base::SweepCost sweep_cost;
+  SweepCost sweep_cost;
   // Bins `count` <= bin_tile boxes, `stride` bytes apart: appends one record per column that a box
   // touches. Lists the boxes that it leaves to the caller: invalid boxes, and those that
   // touch three or more columns on an axis; the scalar kernel leaves all that touch more than one.
@@ -190,7 +190,7 @@ struct Kernels {
                           std::uint32_t* least, std::uint32_t* most);
   // Fills a strip's arrays from its records.
   void (*transpose)(Strip&);
-  void (*sweep)(const Sweep&, Emit&);
+  void (*sweep)(const SweepArgs&, Emit&);
   // Sets filter_classes[i] to the index of the known combination (below unknown_class) that box i
   // has, the last if several are equal; else to unknown_class. Returns false if any box is unknown.
   bool (*match_filter_classes)(const FilterTile&, const FilterCombination* known,

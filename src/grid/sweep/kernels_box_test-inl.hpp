@@ -1,10 +1,10 @@
 // The overlap test of one box against a vector of boxes, on quantized coordinates. Included once
 // per instruction set.
-#if defined(THRONG_KERNELS_COMPARE_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef THRONG_KERNELS_COMPARE_INL
-#undef THRONG_KERNELS_COMPARE_INL
+#if defined(THRONG_KERNELS_BOX_TEST_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_BOX_TEST_INL
+#undef THRONG_KERNELS_BOX_TEST_INL
 #else
-#define THRONG_KERNELS_COMPARE_INL
+#define THRONG_KERNELS_BOX_TEST_INL
 #endif
 
 #include <hwy/highway.h>

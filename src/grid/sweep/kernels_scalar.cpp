@@ -64,7 +64,7 @@ void transpose(Strip& strip) {
   }
 }
 
-void sweep(const Sweep& args, Emit& out) {
+void sweep(const SweepArgs& args, Emit& out) {
   const Strip& q = *args.queries;
   const Strip& t = *args.targets;
   const int bucket_start = -(1 << t.shift);

@@ -1,7 +1,7 @@
-// The sweep over vectors. A strip against itself: along diagonals (kernels_sides-inl.hpp), or by
-// broadcast where windows are long (kernels_rows-inl.hpp). Queries with far longer windows than
-// their neighbours, and queries of another strip, go one by one against vectors of targets.
-// Included once per instruction set.
+// The sweep over vectors. A strip against itself: along diagonals (kernels_sweep_diagonal-inl.hpp),
+// or by broadcast where windows are long (kernels_sweep_broadcast-inl.hpp). Queries with far longer
+// windows than their neighbours, and queries of another strip, go one by one against vectors of
+// targets. Included once per instruction set.
 #if defined(THRONG_KERNELS_SWEEP_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef THRONG_KERNELS_SWEEP_INL
 #undef THRONG_KERNELS_SWEEP_INL
@@ -40,7 +40,7 @@ class StripSweep {
 
   // args.start: null where a strip is swept against itself.
   template <bool ordered>
-  void run(const Sweep& args);
+  void run(const SweepArgs& args);
   std::uint64_t comparisons() const {
     return (vectors_ + broadcast_sweep_.vectors()) * quantized_lanes +
            diagonal_sweep_.vectors() * diagonal_lanes;
@@ -262,7 +262,7 @@ HWY_NOINLINE void StripSweep<orientation>::write() {
 
 template <Orientation orientation>
 template <bool ordered>
-void StripSweep<orientation>::run(const Sweep& args) {
+void StripSweep<orientation>::run(const SweepArgs& args) {
   static_assert(sweep_piece % query_block == 0);
   const std::uint32_t last = std::min(args.end, queries_.count);
   for (begin_ = args.begin; begin_ < last; begin_ += query_block) {
@@ -281,7 +281,7 @@ void StripSweep<orientation>::run(const Sweep& args) {
 }
 
 template <Orientation orientation>
-void sweep_as(const Sweep& args, Emit& out) {
+void sweep_as(const SweepArgs& args, Emit& out) {
   StripSweep<orientation> sweep(*args.queries, *args.targets, out);
   if (!args.start && args.targets->long_boxes) {
     sweep.template run<true>(args);
@@ -291,7 +291,7 @@ void sweep_as(const Sweep& args, Emit& out) {
   out.comparisons += sweep.comparisons();
 }
 
-inline void sweep(const Sweep& args, Emit& out) {
+inline void sweep(const SweepArgs& args, Emit& out) {
   switch (args.orientation) {
     case Orientation::unordered:
       return sweep_as<Orientation::unordered>(args, out);

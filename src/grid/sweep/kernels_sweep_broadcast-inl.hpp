@@ -1,11 +1,11 @@
 // The sweep of a strip against itself where windows are long: a row of queries stays in registers,
 // and two targets at a time are broadcast against it. Included once per instruction
 // set.
-#if defined(THRONG_KERNELS_ROWS_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef THRONG_KERNELS_ROWS_INL
-#undef THRONG_KERNELS_ROWS_INL
+#if defined(THRONG_KERNELS_SWEEP_BROADCAST_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_SWEEP_BROADCAST_INL
+#undef THRONG_KERNELS_SWEEP_BROADCAST_INL
 #else
-#define THRONG_KERNELS_ROWS_INL
+#define THRONG_KERNELS_SWEEP_BROADCAST_INL
 #endif
 
 #include <hwy/highway.h>
@@ -26,13 +26,13 @@ constexpr std::uint32_t broadcast_steps = 4;                      // vectors per
 constexpr std::uint32_t broadcast_targets = 2 * broadcast_steps;  // that is, targets per branch
 // It does not pay with vectors of eight coordinates.
 constexpr bool broadcast_pays = quantized_lanes > 8;
-// Broadcast is faster than the diagonal sweep (kernels_sides-inl.hpp) if the last window of a
-// vector of queries ends at least this far after its first query. It wastes half of the comparisons
-// of the first broadcast_queries targets.
+// Broadcast is faster than the diagonal sweep (kernels_sweep_diagonal-inl.hpp) if the last window
+// of a vector of queries ends at least this far after its first query. It wastes half of the
+// comparisons of the first broadcast_queries targets.
 constexpr std::uint32_t min_broadcast_window = quantized_lanes + 20;
 // See base::plan. Fitted, like the number above, to runs over all scenes of the benchmark.
-constexpr base::SweepCost sweep_cost = broadcast_pays ? base::SweepCost{5, 0.5, 0.16, 4, 0.08}
-                                                      : base::SweepCost{5, 0.5, 0.2, 0.5, 0.2};
+constexpr SweepCost sweep_cost =
+    broadcast_pays ? SweepCost{5, 0.5, 0.16, 4, 0.08} : SweepCost{5, 0.5, 0.2, 0.5, 0.2};
 
 // Returns v0, v0, v1, v1, ... `wide` is the unsigned tag of twice the width.
 template <class D, class T>

@@ -3,11 +3,11 @@
 //
 // Needs no broadcasts, and a window may end at any target. Vectors have at most 16 coordinates:
 // wider ones would wait for the longest of more windows, and most loads would cross a cache line.
-#if defined(THRONG_KERNELS_SIDES_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef THRONG_KERNELS_SIDES_INL
-#undef THRONG_KERNELS_SIDES_INL
+#if defined(THRONG_KERNELS_SWEEP_DIAGONAL_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_SWEEP_DIAGONAL_INL
+#undef THRONG_KERNELS_SWEEP_DIAGONAL_INL
 #else
-#define THRONG_KERNELS_SIDES_INL
+#define THRONG_KERNELS_SWEEP_DIAGONAL_INL
 #endif
 
 #include <hwy/highway.h>

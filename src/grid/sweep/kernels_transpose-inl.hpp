@@ -1,9 +1,9 @@
 // Transposes a strip's records into arrays of coordinates. Included once per instruction set.
-#if defined(THRONG_KERNELS_STRIP_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef THRONG_KERNELS_STRIP_INL
-#undef THRONG_KERNELS_STRIP_INL
+#if defined(THRONG_KERNELS_TRANSPOSE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef THRONG_KERNELS_TRANSPOSE_INL
+#undef THRONG_KERNELS_TRANSPOSE_INL
 #else
-#define THRONG_KERNELS_STRIP_INL
+#define THRONG_KERNELS_TRANSPOSE_INL
 #endif
 
 #include <hwy/highway.h>

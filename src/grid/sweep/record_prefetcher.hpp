@@ -11,10 +11,10 @@ namespace throng::grid {
 
 class RecordPrefetcher {
  public:
-  // Starts with this column's records of the first side, latest first; with `no_column`, with none.
   static constexpr std::uint32_t no_column = 0xffffffffu;
-  void start(const BinnedGrid& space, std::uint32_t column) noexcept {
-    grid_ = &space;
+  // Starts with this column's records of the first side, latest first; with `no_column`, with none.
+  void start(const BinnedGrid& grid, std::uint32_t column) noexcept {
+    grid_ = &grid;
     column_ = column;
     left_ = column == no_column ? 0 : max_lines;
     task_ = 0;
@@ -24,7 +24,7 @@ class RecordPrefetcher {
   // Prefetches the next line.
   void step() noexcept {
     if (left_ == 0 || (line_ >= end_ && !enter_block())) return;
-    prefetch_l2(reinterpret_cast<const void*>(line_));
+    base::prefetch_l2(reinterpret_cast<const void*>(line_));
     line_ += line_bytes;
     --left_;
   }

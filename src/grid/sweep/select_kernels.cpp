@@ -24,7 +24,9 @@ const char* to_string(Isa isa) noexcept {
   return "unknown";
 }
 
-namespace grid {
+}  // namespace throng
+
+namespace throng::grid {
 namespace {
 
 const Kernels* widest() noexcept {
@@ -47,5 +49,4 @@ const Kernels* find_kernels(Isa isa) noexcept {
   return nullptr;
 }
 
-}  // namespace grid
-}  // namespace throng
+}  // namespace throng::grid

@@ -54,18 +54,18 @@ TEST(Matrix, DecodingAgreesWithTheQuery) {
   for (std::uint32_t& word : words)
     word = static_cast<std::uint32_t>(random.next() & random.next());
   words.back() &= (1u << 1000 % 32) - 1;
-  std::vector<std::uint64_t> asked, told, from_bytes;
+  std::vector<std::uint64_t> set_bits, from_words, from_bytes;
   std::vector<std::uint8_t> bytes(1000);
   for (std::uint64_t k = 0; k < 1000; ++k) {
     if (!test_bit(reinterpret_cast<const std::uint8_t*>(words.data()), k)) continue;
-    asked.push_back(k);
+    set_bits.push_back(k);
     bytes[k] = 1;
   }
-  for_each_bit(words.data(), 1000, [&](std::uint64_t k) { told.push_back(k); });
+  for_each_bit(words.data(), 1000, [&](std::uint64_t k) { from_words.push_back(k); });
   for_each_byte(bytes.data(), 1000, [&](std::uint64_t k) { from_bytes.push_back(k); });
-  EXPECT_GT(asked.size(), 100u);
-  EXPECT_EQ(told, asked);
-  EXPECT_EQ(from_bytes, asked);
+  EXPECT_GT(set_bits.size(), 100u);
+  EXPECT_EQ(from_words, set_bits);
+  EXPECT_EQ(from_bytes, set_bits);
 }
 
 // Each method sets exactly the bits of the overlapping pairs, in the paper's numbering.

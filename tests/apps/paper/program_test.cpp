@@ -154,11 +154,11 @@ TEST_F(Program, list_and_help) {
   EXPECT_EQ(list.status, 0) << list.err;
   for (const char* word : {"formula", "lazy", "stored", "fold", "lomont", "ballot", "cuda", "pile"})
     EXPECT_NE(list.out.find(word), std::string::npos) << word;
-  for (const std::vector<std::string>& asked :
+  for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"--help"}, {"pairs", "--help"}}) {
-    const ProcessOutput help = run(asked);
+    const ProcessOutput help = run(arguments);
     EXPECT_EQ(help.status, 0);
-    EXPECT_NE(help.out.find("Example"), std::string::npos) << asked[0];
+    EXPECT_NE(help.out.find("Example"), std::string::npos) << arguments[0];
   }
 }
 

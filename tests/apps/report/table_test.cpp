@@ -16,7 +16,7 @@ TEST(Csv, QuotesIfNecessary) {
 }
 
 TEST(Csv, ColumnsThenRows) {
-  Table t("title, not told", {"name", "ms"});
+  Table t("title, not printed", {"name", "ms"});
   t.add_row({"grid, boxes", "1.5"});
   t.add_row({"short"});
   EXPECT_EQ(t.csv(), "name,ms\r\n\"grid, boxes\",1.5\r\nshort,\r\n");

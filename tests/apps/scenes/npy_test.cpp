@@ -247,7 +247,7 @@ std::vector<Bad> bad_files() {
 
 TEST(LargestBlock, IsRecorded) {
   forget_blocks();
-  // Called by name: an unused new-expression may be optimised away.
+  // Called by name: an unused new-expression may be optimized away.
   ::operator delete(::operator new(123456));
   EXPECT_EQ(largest_block(), 123456u);
   ::operator delete(::operator new(123457, std::nothrow));

@@ -33,7 +33,7 @@ TEST(Outputs, MustDiffer) {
   refuses({{"-o", b}, {"--csv", link}}, {}, "one file for both -o and --csv");
   std::filesystem::create_hard_link(a, folder / "hard");
   refuses({{"-o", folder / "hard"}}, {{"A", a}}, "the file of A");
-  EXPECT_FALSE(std::filesystem::exists(b)) << "asked about, and made";
+  EXPECT_FALSE(std::filesystem::exists(b)) << "refused, and made";
 }
 
 TEST(Outputs, AreWritable) {

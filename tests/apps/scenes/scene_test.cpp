@@ -33,7 +33,7 @@ struct Golden {
 
 // Recorded once; the same with g++ 12 and clang 14 at -O0 and at -O3 with all of the machine's
 // instructions. A different number changes a scene under its name, in every benchmark.
-constexpr Golden kGolden[] = {
+constexpr Golden golden[] = {
     {"uniform", 0xbdee8de04f2fa5e2, 0x00a47fa729120f13},
     {"pile", 0x52767be58f690b97, 0xa8fd376978e0f85b},
     {"column", 0x06e2884336a8ad0f, 0xc891879af6e657bf},
@@ -50,8 +50,8 @@ constexpr Golden kGolden[] = {
 };
 
 TEST(Scene, TheSameBitsEverywhere) {
-  ASSERT_EQ(std::size(kGolden), names().size());
-  for (const Golden& g : kGolden) {
+  ASSERT_EQ(std::size(golden), names().size());
+  for (const Golden& g : golden) {
     const Scene scene(spec_of(g.name, 1000));
     EXPECT_EQ(bits_of(frame_of(scene, 0)), g.first) << g.name;
     EXPECT_EQ(bits_of(frame_of(scene, 60)), g.later) << g.name;
@@ -162,8 +162,9 @@ TEST(Spec, ErrorsNameTheValue) {
   for (double d : {-1.0, nan, double{INFINITY}, 1e-30}) {
     EXPECT_NE(said(spec_of("uniform", 10, d)).find("density"), std::string::npos) << d;
   }
-  EXPECT_EQ(said(spec_of("uniform", 10, 1e300)),
-            "a density of 1e+300 pairs per box; wanted 1e-09 to 1000000, or 0 for the scene's default");
+  EXPECT_EQ(
+      said(spec_of("uniform", 10, 1e300)),
+      "a density of 1e+300 pairs per box; wanted 1e-09 to 1000000, or 0 for the scene's default");
   for (double m : {-0.1, 1.1, nan}) {
     Spec spec = spec_of("uniform", 10);
     spec.moving = m;

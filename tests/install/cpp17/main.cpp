@@ -20,12 +20,12 @@ int main() {
   EXPECT(result.ok() && result.found == 1 && finder.pairs().size() == 1);
   EXPECT((finder.pairs()[0] == throng::Pair{0, 1}));
 
-  throng::Pair room[1] = {{9, 9}};
-  result = finder.find(throng::Boxes(boxes, 3), room, 0);
+  throng::Pair out[1] = {{9, 9}};
+  result = finder.find(throng::Boxes(boxes, 3), out, 0);
   EXPECT(result.status == throng::Status::buffer_too_small && result.found == 1);
-  EXPECT((room[0] == throng::Pair{9, 9}));
-  result = finder.find(throng::Boxes(boxes, 3), room, 1);
-  EXPECT(result.ok() && (room[0] == throng::Pair{0, 1}));
+  EXPECT((out[0] == throng::Pair{9, 9}));
+  result = finder.find(throng::Boxes(boxes, 3), out, 1);
+  EXPECT(result.ok() && (out[0] == throng::Pair{0, 1}));
 
   std::size_t seen = 0;
   result = finder.consume(throng::Boxes(boxes, 3), [&](const throng::Pair*, std::size_t count) {

@@ -5,7 +5,7 @@
 #include "support/hard_boxes.hpp"
 #include "support/random.hpp"
 
-namespace throng::base {
+namespace throng::grid {
 namespace {
 
 GridPlan plan_of(const tests::BoxList& boxes, std::uint64_t count, float cell_scale) {
@@ -32,7 +32,7 @@ TEST(Planner, ScaledPlansAreWithinLimits) {
         for (std::uint32_t k = 0; k < 3; ++k) {
           columns *= p.map.columns[k];
           EXPECT_GE(p.map.columns[k], 1u);
-          EXPECT_LE(p.map.columns[k], max_columns_per_axis);
+          EXPECT_LE(p.map.columns[k], base::max_columns_per_axis);
           if (k == p.sweep_axis) continue;
           if (scale < 1) {
             EXPECT_GE(p.map.columns[k], own.map.columns[k]) << scale;
@@ -258,4 +258,4 @@ TEST(Planner, ScaledPlansCostMore) {
 }
 
 }  // namespace
-}  // namespace throng::base
+}  // namespace throng::grid

@@ -1,4 +1,4 @@
-// Minimises a failing input and writes a test case of it.
+// Minimizes a failing input and writes a test case of it.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@
 
 namespace throng::tests {
 
-// Minimises bytes that still fail: removes chunks, then zeroes bytes. `fails` must hold for
+// Minimizes bytes that still fail: removes chunks, then zeroes bytes. `fails` must hold for
 // `bytes`.
-std::vector<std::uint8_t> minimise_bytes(
+std::vector<std::uint8_t> minimize_bytes(
     std::vector<std::uint8_t> bytes,
     const std::function<bool(const std::vector<std::uint8_t>&)>& fails);
 
 // The same for a case: removes boxes, filters and options, and simplifies numbers.
-Case minimise_case(Case c, const std::function<bool(const Case&)>& fails);
+Case minimize_case(Case c, const std::function<bool(const Case&)>& fails);
 
 // The source of a GoogleTest of the case with one configuration; floats in hexadecimal.
 std::string as_test(const Case& c, const Config& config, const std::string& name);

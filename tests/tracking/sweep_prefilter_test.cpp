@@ -1,5 +1,5 @@
 // The conservative sweep test accepts every hit, for any numbers, and rejects most distant boxes.
-#include "tracking/conservative_ray_test.hpp"
+#include "tracking/sweep_prefilter.hpp"
 
 #include <gtest/gtest.h>
 
@@ -25,15 +25,15 @@ struct TestCounts {
 };
 // Tests up to time `end`.
 void check_accepted(const Sweep& sweep, double end, const Body (&four)[4], TestCounts& sum) {
-  const RayTestTerms terms(sweep, base::SweptBounds(sweep), end);
-  const std::uint32_t passes = ConservativeRayTest(terms).passes(four);
+  const SweepPrefilterTerms terms(sweep, base::SweptBounds(sweep), end);
+  const std::uint32_t passes = ObjectSweepPrefilter(terms).passes(four);
   for (unsigned i = 0; i < 4; ++i) {
     const bool passed = (passes >> i & 1) != 0;
     // In a line, alone or with a second box.
     CellLine line = CellLine::empty();
     for (line.used = 0; line.used < 1 + i % 2; ++line.used)
       line.set(line.used, four[(i + line.used) % 4].box);
-    const std::uint32_t in_line = ConservativeLineTest(terms).passes(line);
+    const std::uint32_t in_line = CellLineSweepPrefilter(terms).passes(line);
     EXPECT_EQ((in_line & 1) != 0, passed);
     EXPECT_EQ(in_line >> 1, i % 2 & passes >> (i + 1) % 4);
     const base::ContactInterval t = base::contact_interval(sweep, four[i].box);
@@ -83,7 +83,7 @@ double any_end(Random& random, const Sweep& sweep, const Box& box) {
   return std::clamp(ends[random.below(4)], 0.0, 1.0);
 }
 
-TEST(ConservativeRayTest, AnyNumbers) {
+TEST(SweepPrefilter, AnyNumbers) {
   Random random(1);
   TestCounts sum;
   for (int k = 0; k < 400'000; ++k) {
@@ -102,7 +102,7 @@ TEST(ConservativeRayTest, AnyNumbers) {
 }
 
 // Integers times a pitch: sweeps graze edges and corners at fractional times.
-TEST(ConservativeRayTest, Grazing) {
+TEST(SweepPrefilter, Grazing) {
   Random random(2);
   TestCounts sum;
   for (int k = 0; k < 200'000; ++k) {
@@ -125,7 +125,7 @@ TEST(ConservativeRayTest, Grazing) {
 }
 
 // Rays through a volume of small boxes: few boxes pass that are not hit.
-TEST(ConservativeRayTest, FewFalsePositives) {
+TEST(SweepPrefilter, FewFalsePositives) {
   Random random(3);
   TestCounts sum;
   for (int k = 0; k < 100'000; ++k) {
@@ -143,7 +143,7 @@ TEST(ConservativeRayTest, FewFalsePositives) {
 }
 
 // The same rays, 1e14 to 1e30 times as long, tested until they leave the volume.
-TEST(ConservativeRayTest, FewFalsePositivesOfLongRays) {
+TEST(SweepPrefilter, FewFalsePositivesOfLongRays) {
   Random random(4);
   TestCounts sum;
   for (int k = 0; k < 100'000; ++k) {
@@ -164,9 +164,9 @@ TEST(ConservativeRayTest, FewFalsePositivesOfLongRays) {
 }
 
 // Counts that are no multiple of four, and removed ids.
-TEST(ConservativeRayTest, ReportsEachOnce) {
+TEST(SweepPrefilter, ReportsEachOnce) {
   for (std::size_t count = 0; count < 14; ++count) {
-    grid::Memory memory(std::pmr::new_delete_resource(), 0);
+    base::Memory memory(std::pmr::new_delete_resource(), 0);
     Objects objects(memory, 0);
     objects.reserve_more(count);
     std::vector<ObjectId> want;
@@ -178,7 +178,7 @@ TEST(ConservativeRayTest, ReportsEachOnce) {
     for (std::size_t i = 2; i < count; i += 5) objects.remove(static_cast<ObjectId>(i));
     const Sweep sweep = {{{-1, 0.5f, 0.5f}, {-1, 0.5f, 0.5f}}, {100, 0, 0}};
     std::vector<ObjectId> got;
-    ConservativeRayTest(RayTestTerms(sweep, base::SweptBounds(sweep), 1))
+    ObjectSweepPrefilter(SweepPrefilterTerms(sweep, base::SweptBounds(sweep), 1))
         .each(objects, [&](ObjectId id) {
           if (objects.is_active(id)) got.push_back(id);
         });

@@ -1,4 +1,4 @@
-#include "support/minimise.hpp"
+#include "support/minimize.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -62,7 +62,7 @@ std::string set_text(const Set& set, unsigned filters, const std::string& name) 
 
 }  // namespace
 
-std::vector<std::uint8_t> minimise_bytes(
+std::vector<std::uint8_t> minimize_bytes(
     std::vector<std::uint8_t> bytes,
     const std::function<bool(const std::vector<std::uint8_t>&)>& fails) {
   const auto try_it = [&](std::vector<std::uint8_t> next) {
@@ -88,7 +88,7 @@ std::vector<std::uint8_t> minimise_bytes(
   return bytes;
 }
 
-Case minimise_case(Case c, const std::function<bool(const Case&)>& fails) {
+Case minimize_case(Case c, const std::function<bool(const Case&)>& fails) {
   const auto try_it = [&](Case next) {
     if (!fails(next)) return false;
     c = std::move(next);
@@ -137,7 +137,7 @@ std::string as_test(const Case& c, const Config& config, const std::string& name
   const auto algorithm = config.algorithm == Algorithm::all_pairs ? "all_pairs"
                          : config.algorithm == Algorithm::grid    ? "grid"
                                                                   : "automatic";
-  std::string text = "// Made by throng-soak --minimise: " + std::to_string(c.size()) +
+  std::string text = "// Made by throng-soak --minimize: " + std::to_string(c.size()) +
                      " boxes, by " + config.name() +
                      ".\n#include <gtest/gtest.h>\n\n#include <cmath>\n#include <vector>\n\n"
                      "#include \"support/hard_boxes.hpp\"\n#include \"support/reference.hpp\"\n\n"

@@ -1,4 +1,4 @@
-// The Space for host memory: Backend::emulated of DeviceFinder.
+// The RankDevice for host memory: Backend::emulated of DeviceFinder.
 #pragma once
 
 #include <algorithm>
@@ -15,9 +15,9 @@
 
 namespace throng::mpi {
 
-class HostSpace : public device::HostDevice {
+class HostRankDevice : public device::HostDevice {
  public:
-  explicit HostSpace(const Settings& settings)
+  explicit HostRankDevice(const Settings& settings)
       : HostDevice(
             settings.search.memory ? settings.search.memory : std::pmr::new_delete_resource(),
             run_sequentially),
@@ -27,7 +27,7 @@ class HostSpace : public device::HostDevice {
 
   void begin(cuda::Stream) const noexcept {}
   struct Current {
-    explicit Current(const HostSpace&) noexcept {}
+    explicit Current(const HostRankDevice&) noexcept {}
   };
   static void require(const device::Set&, std::size_t, const std::uint64_t*) noexcept {}
   static bool mpi_accepts_pointers() noexcept { return true; }

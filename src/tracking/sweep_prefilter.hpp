@@ -1,6 +1,6 @@
 // Conservative test of which boxes a sweep may meet, in floats, for four objects or the two boxes
-// of a line at once. It accepts every box that contact_interval() (sweep.hpp) accepts, and some
-// others; contact_interval() decides. It is monotonic: with a box it accepts every box that
+// of a line at once. It accepts every box that contact_interval() (base/swept_box.hpp) accepts, and
+// some others; contact_interval() decides. It is monotonic: with a box it accepts every box that
 // contains it.
 //
 // The sweep is tested up to a time `end`, and times here are fractions of `end`; otherwise a sweep
@@ -38,9 +38,9 @@ namespace throng::tracking {
 
 // Along an axis, touching begins and ends at the times (lower - from_lower) * inverse and (upper -
 // from_upper) * inverse, in either order.
-struct RayTestTerms {
+struct SweepPrefilterTerms {
   // For the sweep up to time `end`, at most 1; `cover`: of the sweep.
-  RayTestTerms(const Sweep& sweep, const base::SweptBounds& cover, double end) noexcept;
+  SweepPrefilterTerms(const Sweep& sweep, const base::SweptBounds& cover, double end) noexcept;
 
   float from_lower[3], from_upper[3], inverse[3];
   // Bound of enter - leave that rounding may cause.
@@ -52,9 +52,9 @@ struct RayTestTerms {
 };
 
 // Tests objects.
-class ConservativeRayTest {
+class ObjectSweepPrefilter {
  public:
-  explicit ConservativeRayTest(const RayTestTerms& terms) noexcept;
+  explicit ObjectSweepPrefilter(const SweepPrefilterTerms& terms) noexcept;
 
   // One bit per object, for four consecutive ones. Reads only their boxes: another query may be
   // building cells.
@@ -81,14 +81,14 @@ class ConservativeRayTest {
 #if defined(THRONG_SSE2)
   __m128 from_lower_[3], from_upper_[3], inverse_[3];
 #else
-  RayTestTerms terms_;
+  SweepPrefilterTerms terms_;
 #endif
 };
 
 // Tests boxes in lines.
-class ConservativeLineTest {
+class CellLineSweepPrefilter {
  public:
-  explicit ConservativeLineTest(const RayTestTerms& terms) noexcept;
+  explicit CellLineSweepPrefilter(const SweepPrefilterTerms& terms) noexcept;
 
   // One bit per box.
   std::uint32_t passes(const CellLine& line) const noexcept;
@@ -97,12 +97,12 @@ class ConservativeLineTest {
 #if defined(THRONG_SSE2)
   __m128 from_[3], inverse_[3];  // in the order of CellLine
 #else
-  RayTestTerms terms_;
+  SweepPrefilterTerms terms_;
 #endif
 };
 
-inline RayTestTerms::RayTestTerms(const Sweep& sweep, const base::SweptBounds& cover,
-                                  double end) noexcept {
+inline SweepPrefilterTerms::SweepPrefilterTerms(const Sweep& sweep, const base::SweptBounds& cover,
+                                                double end) noexcept {
   const Box whole = cover(0, end);
   const auto corners = [](const Box& b, int k) {
     const float lower[3] = {b.lower.x, b.lower.y, b.lower.z};
@@ -125,7 +125,7 @@ inline RayTestTerms::RayTestTerms(const Sweep& sweep, const base::SweptBounds& c
 
 #if defined(THRONG_SSE2)
 
-inline ConservativeRayTest::ConservativeRayTest(const RayTestTerms& terms) noexcept {
+inline ObjectSweepPrefilter::ObjectSweepPrefilter(const SweepPrefilterTerms& terms) noexcept {
   for (int k = 0; k < 3; ++k) {
     from_lower_[k] = _mm_set1_ps(terms.from_lower[k]);
     from_upper_[k] = _mm_set1_ps(terms.from_upper[k]);
@@ -133,7 +133,7 @@ inline ConservativeRayTest::ConservativeRayTest(const RayTestTerms& terms) noexc
   }
 }
 
-inline std::uint32_t ConservativeRayTest::passes(const Body* four) const noexcept {
+inline std::uint32_t ObjectSweepPrefilter::passes(const Body* four) const noexcept {
   const auto front = [&](int i) { return _mm_loadu_ps(&four[i].box.lower.x); };
   const auto back = [&](int i) {
     return _mm_castsi128_ps(
@@ -151,13 +151,13 @@ inline std::uint32_t ConservativeRayTest::passes(const Body* four) const noexcep
     enter = _mm_max_ps(_mm_min_ps(b, a), enter);
     leave = _mm_min_ps(_mm_max_ps(a, b), leave);
   }
-  return static_cast<std::uint32_t>(
-      _mm_movemask_ps(_mm_cmple_ps(enter, _mm_add_ps(leave, _mm_set1_ps(RayTestTerms::slack)))));
+  return static_cast<std::uint32_t>(_mm_movemask_ps(
+      _mm_cmple_ps(enter, _mm_add_ps(leave, _mm_set1_ps(SweepPrefilterTerms::slack)))));
 }
 
 // Order of coordinates in a line, for both boxes each: lower x and y, lower z and upper x, upper y
 // and z.
-inline ConservativeLineTest::ConservativeLineTest(const RayTestTerms& t) noexcept {
+inline CellLineSweepPrefilter::CellLineSweepPrefilter(const SweepPrefilterTerms& t) noexcept {
   const auto four = [](float a, float b) { return _mm_setr_ps(a, a, b, b); };
   from_[0] = four(t.from_lower[0], t.from_lower[1]);
   from_[1] = four(t.from_lower[2], -t.from_upper[0]);
@@ -167,7 +167,7 @@ inline ConservativeLineTest::ConservativeLineTest(const RayTestTerms& t) noexcep
   inverse_[2] = four(-t.inverse[1], -t.inverse[2]);
 }
 
-inline std::uint32_t ConservativeLineTest::passes(const CellLine& line) const noexcept {
+inline std::uint32_t CellLineSweepPrefilter::passes(const CellLine& line) const noexcept {
   const auto times = [&](int i) {
     return _mm_mul_ps(_mm_sub_ps(_mm_load_ps(line.corner[2 * i]), from_[i]), inverse_[i]);
   };
@@ -181,14 +181,14 @@ inline std::uint32_t ConservativeLineTest::passes(const CellLine& line) const no
   leave = _mm_min_ps(leave, _mm_movehl_ps(leave, leave));
   enter = _mm_max_ps(_mm_min_ps(upper_z, z), enter);
   leave = _mm_min_ps(_mm_max_ps(z, upper_z), leave);
-  const auto both = static_cast<std::uint32_t>(
-      _mm_movemask_ps(_mm_cmple_ps(enter, _mm_add_ps(leave, _mm_set1_ps(RayTestTerms::slack)))));
+  const auto both = static_cast<std::uint32_t>(_mm_movemask_ps(
+      _mm_cmple_ps(enter, _mm_add_ps(leave, _mm_set1_ps(SweepPrefilterTerms::slack)))));
   return both & ((1u << line.used) - 1);  // unused boxes are NaN, which passes
 }
 
 #else
 
-inline bool RayTestTerms::pass(const Box& box) const noexcept {
+inline bool SweepPrefilterTerms::pass(const Box& box) const noexcept {
   const float lower[3] = {box.lower.x, box.lower.y, box.lower.z};
   const float upper[3] = {box.upper.x, box.upper.y, box.upper.z};
   float enter = 0, leave = 1;
@@ -202,19 +202,19 @@ inline bool RayTestTerms::pass(const Box& box) const noexcept {
   return enter <= leave + slack;
 }
 
-inline ConservativeRayTest::ConservativeRayTest(const RayTestTerms& terms) noexcept
+inline ObjectSweepPrefilter::ObjectSweepPrefilter(const SweepPrefilterTerms& terms) noexcept
     : terms_(terms) {}
 
-inline std::uint32_t ConservativeRayTest::passes(const Body* four) const noexcept {
+inline std::uint32_t ObjectSweepPrefilter::passes(const Body* four) const noexcept {
   std::uint32_t bits = 0;
   for (unsigned i = 0; i < 4; ++i) bits |= (terms_.pass(four[i].box) ? 1u : 0u) << i;
   return bits;
 }
 
-inline ConservativeLineTest::ConservativeLineTest(const RayTestTerms& terms) noexcept
+inline CellLineSweepPrefilter::CellLineSweepPrefilter(const SweepPrefilterTerms& terms) noexcept
     : terms_(terms) {}
 
-inline std::uint32_t ConservativeLineTest::passes(const CellLine& line) const noexcept {
+inline std::uint32_t CellLineSweepPrefilter::passes(const CellLine& line) const noexcept {
   std::uint32_t bits = 0;
   for (unsigned k = 0; k < line.used; ++k) bits |= (terms_.pass(line.box(k)) ? 1u : 0u) << k;
   return bits;
