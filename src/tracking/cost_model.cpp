@@ -6,7 +6,8 @@
 namespace throng::tracking {
 namespace {
 
-// All costs are ns, measured on the machine of docs/explanation/benchmarks.md; only the ratios matter.
+// All costs are ns, measured on the machine of docs/explanation/benchmarks.md; only the ratios
+// matter.
 
 // Building cells and a forest, per object; linking one pair.
 constexpr double cell_ns = 35, forest_ns = 250, link_ns = 30;

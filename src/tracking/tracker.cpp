@@ -190,8 +190,8 @@ void Tracker::build_forest(bool others_unset) {
   index_ = Index::forest;
 }
 
-// Cells without room for all objects are built anew.
-void Tracker::make_room(const Options& options) {
+// Cells that cannot hold all objects are built again.
+void Tracker::ensure_capacity(const Options& options) {
   if (index_ == Index::cells &&
       !cells_.has_capacity_for(objects_.count() + objects_.removed_count()))
     build_index(options);
@@ -200,7 +200,7 @@ void Tracker::make_room(const Options& options) {
 // Places changed objects in the index. Returns false, with only some of them placed, if searches
 // would visit too many lines.
 bool Tracker::place_dirty(const Options& options, double max_lines) {
-  make_room(options);
+  ensure_capacity(options);
   const PodVector<ObjectId>& dirty = objects_.dirty_list();
   if (index_ == Index::cells) return place_in_cells(dirty.data(), dirty.size(), max_lines);
   place_in_forest(dirty.data(), dirty.size());
@@ -388,7 +388,7 @@ void Tracker::place_for_queries(const Queries& caller, const Options& options) {
   const std::lock_guard<std::mutex> lock(prepare_mutex_);
   if (placement_valid_.load(std::memory_order_relaxed)) return;
   objects_.dirty_list();
-  make_room(preparation_options(caller, options));
+  ensure_capacity(preparation_options(caller, options));
   if (index_ != Index::absent) {
     objects_.place_changed([this](const ObjectId* changed, std::size_t count) {
       if (index_ == Index::cells)

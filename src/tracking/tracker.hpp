@@ -64,7 +64,7 @@ class Tracker {
   bool prepare_incremental(const Options& options, unsigned tasks, double& budget_ns);
   void build_index(const Options& options);
   void build_forest(bool others_unset);
-  void make_room(const Options& options);
+  void ensure_capacity(const Options& options);
   bool place_dirty(const Options& options, double max_lines);
   bool place_in_cells(const ObjectId* dirty, std::size_t count, double max_lines) noexcept;
   void place_in_forest(const ObjectId* dirty, std::size_t count);

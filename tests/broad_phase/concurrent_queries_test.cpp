@@ -54,16 +54,16 @@ void query_concurrently(std::uint64_t seed, bool filtered, std::size_t objects,
       ASSERT_TRUE(actor.update());
     }
     const Snapshot before(actor.broad_phase);
-    std::vector<RandomQueries> queries;
+    std::vector<RandomQueries> batches;
     for (std::size_t k = 0; k < client_count; ++k)
-      queries.emplace_back(actor, query_count, filtered);
+      batches.emplace_back(actor, query_count, filtered);
     testing::AssertionResult results[client_count] = {
         testing::AssertionSuccess(), testing::AssertionSuccess(), testing::AssertionSuccess(),
         testing::AssertionSuccess()};
     at_once([&](std::size_t k) {
       QueryClient client{actor.broad_phase, queries[k]};
       for (int again = 0; again < 3 && results[k]; ++again)
-        results[k] = same_answers(client, actor.model, queries[k]);
+        results[k] = same_answers(client, actor.model, batches[k]);
     });
     for (const testing::AssertionResult& t : results) ASSERT_TRUE(t) << "step " << step;
     ASSERT_EQ(Snapshot(actor.broad_phase), before);
