@@ -1,8 +1,12 @@
-"""The comments of source files, for scripts/check_words and scripts/check_references."""
+"""The comments of source files and the text of pages, for scripts/check_words and scripts/check_references."""
 
 import io
+import pathlib
 import re
+import subprocess
 import tokenize
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 C_SUFFIXES = {".c", ".h", ".cpp", ".hpp", ".cu", ".cuh"}
 HASH_SUFFIXES = {".cmake", ".sh", ".txt", ".toml", ".yml", ".yaml", ".in"}
@@ -51,3 +55,29 @@ def comments_of(path, text):
     if path.suffix in HASH_SUFFIXES or (first_line.startswith("#!") and "sh" in first_line):
         return list(hash_comments(text))
     return []
+
+
+def page_lines(text):
+    """(line, text) of a page without its blocks of code."""
+    in_code = False
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.lstrip().startswith("```"):
+            in_code = not in_code
+        elif not in_code:
+            yield number, line
+
+
+def prose_of(path):
+    """(line, text) of a page or of a source file's comments; none of binary files."""
+    try:
+        text = path.read_text()
+    except UnicodeDecodeError:
+        return []
+    return list(page_lines(text)) if path.suffix == ".md" else comments_of(path, text)
+
+
+def git_files(*paths):
+    """The files below `paths` that git tracks or does not ignore, relative to ROOT."""
+    listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard", "--", *paths], cwd=ROOT, check=True,
+                            capture_output=True, text=True).stdout.splitlines()
+    return [name for name in listed if (ROOT / name).is_file()]

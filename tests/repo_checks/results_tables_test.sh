@@ -7,7 +7,6 @@ folder="$(mktemp -d)"
 trap 'rm -rf "$folder"' EXIT
 script="$tree/scripts/results_tables"
 results=bench/results
-[ -d "$tree/$results" ] || results=apps/bench/results
 page=docs/explanation/benchmarks.md
 
 copy() {
