@@ -177,7 +177,7 @@ class Search {
     EXPECT_EQ(r.inactive, scene_.answer.inactive);
     ASSERT_EQ(r.written, in_order() ? 0 : capacity);
     if (in_order()) {
-      EXPECT_TRUE(std::all_of(out.begin(), out.end(), [](Pair p) { return p == guard; }));
+      EXPECT_EQ(std::count(out.begin(), out.end(), guard), static_cast<std::ptrdiff_t>(out.size()));
       return;
     }
     out.resize(capacity);
