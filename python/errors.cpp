@@ -54,6 +54,7 @@ void require_ok(const Result& result) {
     case Status::bad_option:
     case Status::bad_bodies:
     case Status::bad_shape:
+    case Status::bad_mesh:
     case Status::too_many_boxes:
     case Status::unsupported_isa:
     case Status::bad_id:

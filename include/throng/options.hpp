@@ -81,6 +81,8 @@ enum class Status : std::uint8_t {
   ranks_disagree,        // MPI ranks passed different options, or the same id twice
   rank_failed,           // an MPI rank timed out, or MPI failed; the message says which
   inverted_box,          // lower > upper where that is refused; see first_invalid, invalid_count
+  bad_mesh,              // an array is missing, has a wrong length or stride, an index is out of
+                         // range, or a used vertex is not finite; see first_invalid, invalid_count
 };
 
 THRONG_API const char* to_string(Algorithm) noexcept;

@@ -51,7 +51,8 @@ typedef enum throng_status {
   THRONG_BAD_SHAPE,
   THRONG_BAD_ID, /* not alive, or twice in one list; see first_invalid, invalid_count */
   THRONG_BUSY,   /* another call on the same handle is running; the result is that call's */
-  THRONG_INVERTED_BOX = 20 /* lower > upper, where refused; see first_invalid, invalid_count */
+  THRONG_INVERTED_BOX = 20, /* lower > upper, where refused; see first_invalid, invalid_count */
+  THRONG_BAD_MESH = 21 /* a missing array, an index out of range or a vertex that is not finite */
 } throng_status;
 
 enum { THRONG_ALGORITHM_AUTOMATIC, THRONG_ALGORITHM_ALL_PAIRS, THRONG_ALGORITHM_GRID };

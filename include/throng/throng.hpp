@@ -7,10 +7,12 @@
 #include <throng/broad_phase.hpp>
 #include <throng/broad_phase_query.hpp>
 #include <throng/checksum.hpp>
+#include <throng/contact.hpp>
 #include <throng/explain.hpp>
 #include <throng/find_pairs.hpp>
 #include <throng/finder.hpp>
 #include <throng/large_pages.hpp>
+#include <throng/mesh.hpp>
 #include <throng/options.hpp>
 #include <throng/types.hpp>
 #include <throng/update_boxes.hpp>

@@ -20,22 +20,21 @@ namespace {
 constexpr bool equal(throng_status c, Status cpp) noexcept {
   return static_cast<int>(c) == static_cast<int>(cpp);
 }
-static_assert(equal(THRONG_OK, Status::ok) &&
-              equal(THRONG_BUFFER_TOO_SMALL, Status::buffer_too_small) &&
-              equal(THRONG_STOPPED, Status::stopped) && equal(THRONG_NAN_BOX, Status::nan_box) &&
-              equal(THRONG_BAD_BOXES, Status::bad_boxes) &&
-              equal(THRONG_BAD_FILTER, Status::bad_filter) &&
-              equal(THRONG_BAD_OPTION, Status::bad_option) &&
-              equal(THRONG_TOO_MANY_BOXES, Status::too_many_boxes) &&
-              equal(THRONG_OUT_OF_MEMORY, Status::out_of_memory) &&
-              equal(THRONG_MEMORY_CAP_TOO_SMALL, Status::memory_cap_too_small) &&
-              equal(THRONG_UNSUPPORTED_ISA, Status::unsupported_isa) &&
-              equal(THRONG_NO_DEVICE, Status::no_device) &&
-              equal(THRONG_DEVICE_ERROR, Status::device_error) &&
-              equal(THRONG_NOT_RESERVED, Status::not_reserved) &&
-              equal(THRONG_BAD_BODIES, Status::bad_bodies) &&
-              equal(THRONG_BAD_SHAPE, Status::bad_shape) && equal(THRONG_BAD_ID, Status::bad_id) &&
-              equal(THRONG_BUSY, Status::busy) && equal(THRONG_INVERTED_BOX, Status::inverted_box));
+static_assert(
+    equal(THRONG_OK, Status::ok) && equal(THRONG_BUFFER_TOO_SMALL, Status::buffer_too_small) &&
+    equal(THRONG_STOPPED, Status::stopped) && equal(THRONG_NAN_BOX, Status::nan_box) &&
+    equal(THRONG_BAD_BOXES, Status::bad_boxes) && equal(THRONG_BAD_FILTER, Status::bad_filter) &&
+    equal(THRONG_BAD_OPTION, Status::bad_option) &&
+    equal(THRONG_TOO_MANY_BOXES, Status::too_many_boxes) &&
+    equal(THRONG_OUT_OF_MEMORY, Status::out_of_memory) &&
+    equal(THRONG_MEMORY_CAP_TOO_SMALL, Status::memory_cap_too_small) &&
+    equal(THRONG_UNSUPPORTED_ISA, Status::unsupported_isa) &&
+    equal(THRONG_NO_DEVICE, Status::no_device) &&
+    equal(THRONG_DEVICE_ERROR, Status::device_error) &&
+    equal(THRONG_NOT_RESERVED, Status::not_reserved) &&
+    equal(THRONG_BAD_BODIES, Status::bad_bodies) && equal(THRONG_BAD_SHAPE, Status::bad_shape) &&
+    equal(THRONG_BAD_ID, Status::bad_id) && equal(THRONG_BUSY, Status::busy) &&
+    equal(THRONG_INVERTED_BOX, Status::inverted_box) && equal(THRONG_BAD_MESH, Status::bad_mesh));
 static_assert(THRONG_ALGORITHM_GRID == static_cast<int>(Algorithm::grid) &&
               THRONG_ALGORITHM_ALL_PAIRS == static_cast<int>(Algorithm::all_pairs) &&
               THRONG_ORDER_CANONICAL == static_cast<int>(Order::canonical) &&

@@ -74,6 +74,8 @@ const char* to_string(Status status) noexcept {
       return "rank failed";
     case Status::inverted_box:
       return "inverted box";
+    case Status::bad_mesh:
+      return "bad mesh";
   }
   return "unknown";
 }

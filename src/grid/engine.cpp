@@ -201,8 +201,9 @@ void Engine::find_into(Call& call, Output& output) {
 }
 
 Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Output* output,
-                    const Consumer* consumer) {
+                    const Consumer* consumer, const PairTest* pair_test) {
   Call call(options);
+  call.search.pair_test = pair_test;
   return find(call, a, b, output, consumer);
 }
 

@@ -48,7 +48,7 @@ class Engine {
 
   // Arguments are validated by the API layer. b null: one set. `output` or `consumer` is null.
   Result find(const Boxes& a, const Boxes* b, const Options&, Output* output,
-              const Consumer* consumer);
+              const Consumer* consumer, const PairTest* pair_test = nullptr);
   Result find(const DoubleBoxes& a, const DoubleBoxes* b, const Options&, Output* output,
               const Consumer* consumer);
 

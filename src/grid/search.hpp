@@ -86,6 +86,17 @@ struct BinReport {
 // From this many bytes on, records leave the last-level cache before they are read: see BinTarget.
 constexpr std::size_t default_stream_bytes = std::size_t{64} << 20;
 
+// A further test of pairs of overlapping boxes, of what the boxes contain.
+class PairTest {
+ public:
+  // Moves the pairs that pass to the front, in any order, and returns their number. Called from any
+  // thread, with at most staging_pairs + emit_slack pairs.
+  virtual std::size_t keep(Pair* pairs, std::size_t count) const = 0;
+
+ protected:
+  ~PairTest() = default;
+};
+
 // Shared by all workers of a call.
 struct Search {
   const Boxes* a = nullptr;  // pair.first is of a, pair.second of b
@@ -97,6 +108,7 @@ struct Search {
   float cell_scale = 1;
   bool flat = false;                              // all boxes are 2-D
   const FilterClasses* filter_classes = nullptr;  // set if static, group or mask forbid anything
+  const PairTest* pair_test = nullptr;            // applied last; null: none
   bool owners = false;                            // two boxes may have the same owner
   // Boxes of different worlds may be compared: two that span too many columns, or any two.
   bool wide_worlds = false, any_worlds = false;

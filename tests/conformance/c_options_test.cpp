@@ -512,7 +512,7 @@ TEST_F(COptions, OfAQuery) {
 // C may pass any number: all numbers around the valid statuses, those that match one in the last
 // byte, and the extremes.
 TEST(CStatus, EveryNumberHasItsText) {
-  constexpr std::uint32_t statuses = static_cast<std::uint32_t>(Status::inverted_box) + 1;
+  constexpr std::uint32_t statuses = static_cast<std::uint32_t>(Status::bad_mesh) + 1;
   const auto text = [](std::uint32_t number) {
     return std::string(throng_status_text(std::bit_cast<throng_status>(number)));
   };

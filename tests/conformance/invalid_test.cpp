@@ -248,7 +248,7 @@ void expect_names(Enum last) {
   EXPECT_STREQ(to_string(static_cast<Enum>(count)), "unknown");
 }
 TEST(Names, OneEach) {
-  expect_names(Status::inverted_box);
+  expect_names(Status::bad_mesh);
   expect_names(Algorithm::grid);
   expect_names(Backend::emulated);
   expect_names(Isa::neon);

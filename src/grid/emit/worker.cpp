@@ -113,7 +113,8 @@ void Worker::set_source(Source source, const ParentCell* parent) {
   check_classes_ = s.filter_classes && (all || !s.filter_classes->masks_cover_all());
   check_worlds_ = s.any_worlds || (all && s.wide_worlds);
   check_doubles_ = all && s.doubles;
-  const bool filtered = check_classes_ || check_worlds_ || check_doubles_ || s.owners;
+  const bool filtered =
+      check_classes_ || check_worlds_ || check_doubles_ || s.owners || s.pair_test;
   if (s.sink && !parent && !filtered)
     write_directly();
   else
@@ -279,8 +280,11 @@ std::size_t Worker::filter(Pair* pairs, std::size_t count) const noexcept {
       return (owner == -1) | (owner != b[pair.second]);
     });
   }
-  if (!check_doubles_) return count;
-  return compact_allowed(pairs, count, [&](Pair pair) { return search_->doubles->overlap(pair); });
+  if (check_doubles_) {
+    count =
+        compact_allowed(pairs, count, [&](Pair pair) { return search_->doubles->overlap(pair); });
+  }
+  return search_->pair_test && count ? search_->pair_test->keep(pairs, count) : count;
 }
 
 }  // namespace throng::grid
