@@ -61,7 +61,7 @@ class Vertices {
 };
 
 // The affine map of a point p to (row[0] . (p, 1), row[1] . (p, 1), row[2] . (p, 1)).
-struct Transform {
+struct AffineTransform {
   double row[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 };
 
@@ -89,7 +89,7 @@ class TriangleMesh {
   // Applied to the vertices once, before the search, in doubles: each coordinate is
   // ((m0 * x + m1 * y) + m2 * z) + m3 with every operation rounded to nearest. The result is exact
   // for the rounded vertices. The identity changes nothing and costs nothing.
-  Transform transform;
+  AffineTransform transform;
   // One value per triangle.
   Filters filters;
 };

@@ -107,7 +107,8 @@ THRONG_HD inline bool in_triangle(const DoubleVec3& x, const TrianglePoints& t,
   return true;
 }
 
-// Whether the closed segment from u to v meets the closed triangle. `u_side`, `v_side`: their sides.
+// Whether the closed segment from u to v meets the closed triangle. `u_side`, `v_side`: their
+// sides.
 THRONG_HD inline bool segment_meets_triangle(const DoubleVec3& u, const DoubleVec3& v,
                                              const TrianglePoints& t, int u_side,
                                              int v_side) noexcept {
@@ -164,16 +165,16 @@ THRONG_HD inline bool meet_beyond_vertex(const DoubleVec3& p, const DoubleVec3& 
   if (a1_side != 0 && a2_side != 0 && b1_side != 0 && b2_side != 0) return a1_side != b1_side;
   if (!on_segment(p, a1, a2) && segment_meets_triangle(a1, a2, b, a1_side, a2_side)) return true;
   if (!on_segment(p, b1, b2) && segment_meets_triangle(b1, b2, a, b1_side, b2_side)) return true;
-  // If p lies on the edge opposite of it, the triangle is a segment or a point, and the ray of fact 3
-  // leaves it at one of its ends.
+  // If p lies on the edge opposite of it, the triangle is a segment or a point, and the ray of fact
+  // 3 leaves it at one of its ends.
   return (!same_point(a1, p) && in_triangle(a1, b, a1_side)) ||
          (!same_point(a2, p) && in_triangle(a2, b, a2_side)) ||
          (!same_point(b1, p) && in_triangle(b1, a, b1_side)) ||
          (!same_point(b2, p) && in_triangle(b2, a, b2_side));
 }
 
-// Whether the triangles (p, q, a) and (p, q, b) have a common point outside of the segment from p to
-// q.
+// Whether the triangles (p, q, a) and (p, q, b) have a common point outside of the segment from p
+// to q.
 THRONG_HD inline bool meet_beyond_edge(const DoubleVec3& p, const DoubleVec3& q,
                                        const DoubleVec3& a, const DoubleVec3& b) noexcept {
   if (orient3d_sign(p, q, a, b) != 0) return false;
@@ -192,15 +193,16 @@ THRONG_HD inline bool meet_beyond_edge(const DoubleVec3& p, const DoubleVec3& q,
   }
   // If only one is on the line, they meet on the edge alone.
   if (!a_on_line || !b_on_line) return false;
-  const bool before = between(p, q, a) && between(p, q, b) && !same_point(a, p) && !same_point(b, p);
+  const bool before =
+      between(p, q, a) && between(p, q, b) && !same_point(a, p) && !same_point(b, p);
   const bool after = between(q, p, a) && between(q, p, b) && !same_point(a, q) && !same_point(b, q);
   return before || after;
 }
 
 // ---- the rule -----------------------------------------------------------------------------------
 
-// Whether two triangles of one mesh form a pair: they have a common point outside of the convex hull
-// of the vertices that they share by index, or they have the same three vertices.
+// Whether two triangles of one mesh form a pair: they have a common point outside of the convex
+// hull of the vertices that they share by index, or they have the same three vertices.
 THRONG_HD inline bool triangles_pair(const Triangle& ids_a, const Triangle& ids_b,
                                      const TrianglePoints& a, const TrianglePoints& b) noexcept {
   const std::uint32_t ia[3] = {ids_a.a, ids_a.b, ids_a.c}, ib[3] = {ids_b.a, ids_b.b, ids_b.c};
@@ -219,9 +221,7 @@ THRONG_HD inline bool triangles_pair(const Triangle& ids_a, const Triangle& ids_
   if (shared_count == 0) return triangles_meet(a, b);
   if (a_count == 0 || b_count == 0) {
     // One lies in the convex hull. The same three vertices, repeated ones included, form a pair.
-    const auto sum = [](const std::uint32_t (&v)[3]) {
-      return std::uint64_t{v[0]} + v[1] + v[2];
-    };
+    const auto sum = [](const std::uint32_t(&v)[3]) { return std::uint64_t{v[0]} + v[1] + v[2]; };
     return a_count == 0 && b_count == 0 && sum(ia) == sum(ib);
   }
   if (shared_count == 1) {
