@@ -12,7 +12,7 @@ build_packages=(g++ cmake ninja-build pkg-config libtbb-dev libhwy-dev)
 program_packages=("${build_packages[@]}" libcli11-dev libfmt-dev nlohmann-json3-dev libcairo2-dev)
 # Engines with an adapter: if installed, their tests and throng-simulate are built.
 engine_packages=(libbullet-dev libfcl-dev)
-test_packages=("${program_packages[@]}" "${engine_packages[@]}" libgtest-dev librapidcheck-dev)
+test_packages=("${program_packages[@]}" "${engine_packages[@]}" libgtest-dev librapidcheck-dev libgmp-dev)
 # If MPI is installed, the search across ranks and its tests are built.
 mpi_packages=(libopenmpi-dev openmpi-bin)
 competitor_packages=("${engine_packages[@]}" libembree-dev libcgal-dev)

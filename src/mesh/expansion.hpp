@@ -95,9 +95,7 @@ struct Expansion {
   THRONG_HD void append(double x) noexcept {
     if (x != 0) term[size++] = x;
   }
-  THRONG_HD int sign() const noexcept {
-    return size == 0 ? 0 : term[size - 1] > 0 ? 1 : -1;
-  }
+  THRONG_HD int sign() const noexcept { return size == 0 ? 0 : term[size - 1] > 0 ? 1 : -1; }
 };
 
 // e * factor. Scale-Expansion.
@@ -122,8 +120,7 @@ THRONG_HD inline Expansion<2 * N> scaled(const Expansion<N>& e, double factor) n
 // e + f, O(N M); for short expansions that are scaled later. Expansion-Sum: the terms of f are
 // added one by one, each from the least term on that it can change.
 template <int N, int M>
-THRONG_HD inline Expansion<N + M> add_terms(const Expansion<N>& e,
-                                            const Expansion<M>& f) noexcept {
+THRONG_HD inline Expansion<N + M> add_terms(const Expansion<N>& e, const Expansion<M>& f) noexcept {
   Expansion<N + M> result;
   for (int i = 0; i < e.size; ++i) result.term[result.size++] = e.term[i];
   for (int k = 0; k < f.size; ++k) {

@@ -77,8 +77,8 @@ THRONG_HD inline int orient2d_filter(double ax, double ay, double bx, double by,
   const double x1 = bx - ax, y1 = by - ay, x2 = cx - ax, y2 = cy - ay;
   const double left = x1 * y2, right = y1 * x2;
   const double determinant = left - right;
-  const double bound = orient2d_relative_error * (std::fabs(left) + std::fabs(right)) +
-                       orient_underflow_guard;
+  const double bound =
+      orient2d_relative_error * (std::fabs(left) + std::fabs(right)) + orient_underflow_guard;
   if (determinant > bound) return 1;
   if (determinant < -bound) return -1;
   // A computed difference is 0 only if the exact one is.

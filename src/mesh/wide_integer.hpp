@@ -91,21 +91,17 @@ struct WideDifference {
   WideCoordinate magnitude;
 };
 THRONG_HD inline WideDifference wide_difference(double a, double b) noexcept {
-  if (a < b) {
-    WideDifference opposite = wide_difference(b, a);
-    opposite.sign = -1;
-    return opposite;
-  }
-  // a - b >= 0. Intermediate values may wrap around.
-  WideDifference result{a == b ? 0 : 1, {}};
-  if (a >= 0)
-    add(result.magnitude, wide_magnitude(a));
+  WideDifference result{a > b ? 1 : a < b ? -1 : 0, {}};
+  const double greater = a > b ? a : b, less = a > b ? b : a;
+  // greater - less >= 0. Intermediate values may wrap around.
+  if (greater >= 0)
+    add(result.magnitude, wide_magnitude(greater));
   else
-    subtract(result.magnitude, wide_magnitude(a));
-  if (b >= 0)
-    subtract(result.magnitude, wide_magnitude(b));
+    subtract(result.magnitude, wide_magnitude(greater));
+  if (less >= 0)
+    subtract(result.magnitude, wide_magnitude(less));
   else
-    add(result.magnitude, wide_magnitude(b));
+    add(result.magnitude, wide_magnitude(less));
   return result;
 }
 
