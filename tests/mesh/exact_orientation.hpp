@@ -37,8 +37,7 @@ inline int exact_orient3d(const FourPoints& p) {
   for (int axis = 0; axis < 3; ++axis) {
     const mpz_class origin = exact_integer(coordinate(p[0], axis));
     for (std::size_t i = 0; i < 3; ++i)
-      row[i][static_cast<std::size_t>(axis)] =
-          exact_integer(coordinate(p[i + 1], axis)) - origin;
+      row[i][static_cast<std::size_t>(axis)] = exact_integer(coordinate(p[i + 1], axis)) - origin;
   }
   return sgn(mpz_class(row[0][0] * (row[1][1] * row[2][2] - row[1][2] * row[2][1]) -
                        row[0][1] * (row[1][0] * row[2][2] - row[1][2] * row[2][0]) +

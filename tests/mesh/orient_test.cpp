@@ -60,11 +60,14 @@ TEST(Orient, SmallGrid) {
   for (const DoubleVec3& b : grid)
     for (const DoubleVec3& c : grid)
       for (const DoubleVec3& d : grid) {
-        const std::int64_t x1 = integer(b.x - a.x), y1 = integer(b.y - a.y), z1 = integer(b.z - a.z);
-        const std::int64_t x2 = integer(c.x - a.x), y2 = integer(c.y - a.y), z2 = integer(c.z - a.z);
-        const std::int64_t x3 = integer(d.x - a.x), y3 = integer(d.y - a.y), z3 = integer(d.z - a.z);
-        const int expected = sign_of(x1 * (y2 * z3 - y3 * z2) + x2 * (y3 * z1 - y1 * z3) +
-                                     x3 * (y1 * z2 - y2 * z1));
+        const std::int64_t x1 = integer(b.x - a.x), y1 = integer(b.y - a.y),
+                           z1 = integer(b.z - a.z);
+        const std::int64_t x2 = integer(c.x - a.x), y2 = integer(c.y - a.y),
+                           z2 = integer(c.z - a.z);
+        const std::int64_t x3 = integer(d.x - a.x), y3 = integer(d.y - a.y),
+                           z3 = integer(d.z - a.z);
+        const int expected =
+            sign_of(x1 * (y2 * z3 - y3 * z2) + x2 * (y3 * z1 - y1 * z3) + x3 * (y1 * z2 - y2 * z1));
         ASSERT_EQ(mesh::orient3d_sign(a, b, c, d), expected);
         ASSERT_EQ(mesh::orient3d_exact_sign(a, b, c, d), expected);
         const int flat = sign_of(x1 * y2 - y1 * x2);
@@ -191,10 +194,8 @@ TEST(OrientFilter, UnderflowOfThreeFactors) {
   const double scale = std::ldexp(1.0, -537);
   const double z = std::ldexp(1.0, -537);
   // det = z1 (x2 y3 - x3 y2) + z2 (x3 y1 - x1 y3) + z3 (x1 y2 - x2 y1), (x, y) of row 1 = (-1, -1).
-  const FourPoints p{{{0, 0, 0},
-                      {-1 * scale, -1, 1.4 * z},
-                      {1 * scale, 0, 1.4 * z},
-                      {0, 1, -2.6 * z}}};
+  const FourPoints p{
+      {{0, 0, 0}, {-1 * scale, -1, 1.4 * z}, {1 * scale, 0, 1.4 * z}, {0, 1, -2.6 * z}}};
   EXPECT_NE(orient3d_wide_sign(p), 0);
   const int filter = orient3d_filter(p);
   EXPECT_TRUE(filter == uncertain || filter == orient3d_wide_sign(p));
@@ -269,8 +270,8 @@ TEST(OrientFilter, FloatsNeedNoUnderflowTerm) {
 // Expansions are exact at both ends of their range; beyond it the integers must take over.
 TEST(OrientExpansion, Range) {
   Random random(8);
-  for (const int exponent : {-1000, -700, -500, -400, -360, -330, -302, -301, -300, -299, 298, 299,
-                             300, 301, 302, 340, 345, 350, 400, 500, 700, 1000})
+  for (const int exponent : {-1000, -700, -500, -400, -360, -330, -302, -301, -300, -299, 298,
+                             299,   300,  301,  302,  340,  345,  350,  400,  500,  700,  1000})
     for (int n = 0; n < rounds / 10; ++n) {
       FourPoints p = tests::draw_points(random, PointKind::rounded_plane);
       for (DoubleVec3& q : p)
@@ -300,14 +301,15 @@ TEST(OrientExpansion, ErrorTerms) {
     const TwoTerms product = two_product(Factor(a), Factor(b));
     ASSERT_EQ(product.high, a * b);
     ASSERT_EQ(product.low, std::fma(a, b, -product.high));
-    const double near_a = std::ldexp(tests::unit_double(random), std::ilogb(a) + random.between(-60, 60));
+    const double near_a =
+        std::ldexp(tests::unit_double(random), std::ilogb(a) + random.between(-60, 60));
     const TwoTerms sum = two_sum(a, near_a), difference = two_difference(a, -near_a);
     ASSERT_EQ(sum.high, a + near_a);
     ASSERT_EQ(difference.high, sum.high);
     ASSERT_EQ(difference.low, sum.low);
     // Dekker's condition makes the short form exact, too.
-    const TwoTerms ordered = std::fabs(a) >= std::fabs(near_a) ? fast_two_sum(a, near_a)
-                                                               : fast_two_sum(near_a, a);
+    const TwoTerms ordered =
+        std::fabs(a) >= std::fabs(near_a) ? fast_two_sum(a, near_a) : fast_two_sum(near_a, a);
     ASSERT_EQ(ordered.low, sum.low);
   }
 }
@@ -331,7 +333,9 @@ TEST(OrientExpansion, NonadjacentTerms) {
     }
   };
   for (int n = 0; n < rounds; ++n) {
-    const auto draw = [&] { return std::ldexp(tests::unit_double(random), random.between(-30, 30)); };
+    const auto draw = [&] {
+      return std::ldexp(tests::unit_double(random), random.between(-30, 30));
+    };
     const TwoTerms x1 = two_difference(draw(), draw()), y1 = two_difference(draw(), draw());
     const TwoTerms x2 = two_difference(draw(), draw()), y2 = two_difference(draw(), draw());
     const Expansion<16> minor = minor_of(x1, y1, x2, y2);

@@ -46,23 +46,23 @@ inline double nudged(double x, Random& random) {
 }
 
 enum class PointKind {
-  random,              // in a cube
-  small_grid,          // integers -2 .. 2
-  grid_plane,          // integer combinations of two integer vectors: exactly coplanar
-  rounded_plane,       // combinations of two vectors, rounded to doubles
-  float_rounded_plane, // rounded to floats
-  nudged_plane,        // exactly coplanar, then moved by a few units in the last place
-  repeated,            // points that are equal or nearly so
-  sliver,              // close to a line
-  far_from_origin,     // small offsets from 1e7
-  mixed_exponents,     // exponents -30 .. 30
-  wide_exponents,      // all exponents of the expansions' range
-  huge,                // near the largest doubles
-  denormal,            // multiples of the least double
-  near_underflow,      // products near the least double
-  any,                 // any finite doubles
-  float_any,           // any finite floats, denormals included
-  extremes,            // 0, the least and the greatest doubles, 1
+  random,               // in a cube
+  small_grid,           // integers -2 .. 2
+  grid_plane,           // integer combinations of two integer vectors: exactly coplanar
+  rounded_plane,        // combinations of two vectors, rounded to doubles
+  float_rounded_plane,  // rounded to floats
+  nudged_plane,         // exactly coplanar, then moved by a few units in the last place
+  repeated,             // points that are equal or nearly so
+  sliver,               // close to a line
+  far_from_origin,      // small offsets from 1e7
+  mixed_exponents,      // exponents -30 .. 30
+  wide_exponents,       // all exponents of the expansions' range
+  huge,                 // near the largest doubles
+  denormal,             // multiples of the least double
+  near_underflow,       // products near the least double
+  any,                  // any finite doubles
+  float_any,            // any finite floats, denormals included
+  extremes,             // 0, the least and the greatest doubles, 1
   count
 };
 constexpr int point_kind_count = static_cast<int>(PointKind::count);
