@@ -13,12 +13,12 @@ using ull = unsigned long long;
 namespace {
 
 template <class T>
-bool valid_filter(const Strided<T>& filter, std::size_t boxes, const char* name, const char* set,
-                  Result& r) noexcept {
+bool valid_filter(const Strided<T>& filter, std::size_t count, const char* name, const char* set,
+                  const Noun& noun, Result& r) noexcept {
   if (!filter) return true;
-  if (filter.count != boxes) {
-    set_message(r, "filter '%s' of %s has %llu values for %llu boxes; give one value per box", name,
-                set, ull{filter.count}, ull{boxes});
+  if (filter.count != count) {
+    set_message(r, "filter '%s' of %s has %llu values for %llu %s; give one value per %s", name,
+                set, ull{filter.count}, ull{count}, noun.many, noun.one);
   } else if (filter.stride_bytes % alignof(T) != 0) {
     set_message(r, "the stride of filter '%s' of %s is %llu bytes; it must be a multiple of %llu",
                 name, set, ull{filter.stride_bytes}, ull{alignof(T)});
@@ -46,20 +46,20 @@ bool valid_boxes(const BasicBoxes<Real>& boxes, const char* set, Result& r) noex
                 ull{boxes.stride_bytes()}, ull{alignof(Real)});
     return refuse(r, Status::bad_boxes);
   }
-  const Filters& f = boxes.filters;
-  const std::size_t n = boxes.size();
-  if (!valid_filter(f.group, n, "group", set, r) || !valid_filter(f.mask, n, "mask", set, r) ||
-      !valid_filter(f.owner, n, "owner", set, r) || !valid_filter(f.world, n, "world", set, r) ||
-      !valid_filter(f.is_static, n, "static", set, r)) {
-    return false;
-  }
   return true;
 }
 
-template <class Real>
-bool valid_worlds(const BasicBoxes<Real>& boxes, const char* set, Result& r) noexcept {
-  const Filters& f = boxes.filters;
-  const std::size_t n = boxes.size();
+bool valid_lengths(const Filters& f, std::size_t n, const char* set, const Noun& noun,
+                   Result& r) noexcept {
+  return valid_filter(f.group, n, "group", set, noun, r) &&
+         valid_filter(f.mask, n, "mask", set, noun, r) &&
+         valid_filter(f.owner, n, "owner", set, noun, r) &&
+         valid_filter(f.world, n, "world", set, noun, r) &&
+         valid_filter(f.is_static, n, "static", set, noun, r);
+}
+
+bool valid_worlds(const Filters& f, std::size_t n, const char* set, const Noun& noun,
+                  Result& r) noexcept {
   if (!f.world) return true;
   // One pass over all values without branches: world + 1 is negative for values below -1, and for
   // the largest int. The exact pass is needed only if the OR has the sign bit.
@@ -71,15 +71,31 @@ bool valid_worlds(const BasicBoxes<Real>& boxes, const char* set, Result& r) noe
     if (r.invalid_count++ == 0) r.first_invalid = i;
   }
   if (r.invalid_count == 0) return true;
-  set_message(
-      r,
-      "%llu boxes of %s have a world below -1, the first is box %llu with world %d; use -1 for "
-      "every world, 0 and up for one",
-      ull{r.invalid_count}, set, ull{r.first_invalid}, f.world[r.first_invalid]);
+  set_message(r,
+              "%llu %s of %s have a world below -1, the first is %s %llu with world %d; use -1 for "
+              "every world, 0 and up for one",
+              ull{r.invalid_count}, noun.many, set, noun.one, ull{r.first_invalid},
+              f.world[r.first_invalid]);
   return refuse(r, Status::bad_filter);
 }
 
+constexpr Noun box_noun = {"box", "boxes"};
+
+template <class Real>
+bool valid_lengths(const BasicBoxes<Real>& boxes, const char* set, Result& r) noexcept {
+  return valid_lengths(boxes.filters, boxes.size(), set, box_noun, r);
+}
+template <class Real>
+bool valid_set(const BasicBoxes<Real>& boxes, const char* set, Result& r) noexcept {
+  return valid_boxes(boxes, set, r) && valid_filters(boxes.filters, boxes.size(), set, box_noun, r);
+}
+
 }  // namespace
+
+bool valid_filters(const Filters& filters, std::size_t count, const char* set, const Noun& noun,
+                   Result& r) noexcept {
+  return valid_lengths(filters, count, set, noun, r) && valid_worlds(filters, count, set, noun, r);
+}
 
 bool valid_margin(float margin, Result& r) noexcept {
   if (margin >= 0 && std::isfinite(margin)) return true;
@@ -157,12 +173,11 @@ bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Res
   return valid_choices(options, r) && valid_margin(options.margin, r) &&
          valid_cell_scale(options.cell_scale, r) &&
          valid_boxes(a, b ? "the first set" : "the set", r) &&
-         (!b || valid_boxes(*b, "the second set", r));
+         valid_lengths(a, b ? "the first set" : "the set", r) &&
+         (!b || (valid_boxes(*b, "the second set", r) && valid_lengths(*b, "the second set", r)));
 }
 
-bool valid(const Boxes& set, Result& r) noexcept {
-  return valid_boxes(set, "the set", r) && valid_worlds(set, "the set", r);
-}
+bool valid(const Boxes& set, Result& r) noexcept { return valid_set(set, "the set", r); }
 
 namespace {
 
@@ -172,9 +187,8 @@ bool valid_call(const AnyBoxes& a, const AnyBoxes* b, const Options& options, Re
       !valid_margin(options.margin, r) || !valid_cell_scale(options.cell_scale, r) ||
       !kernels_for(options.isa, "Options::isa", r))
     return false;
-  if (!b) return valid_boxes(a, "the set", r) && valid_worlds(a, "the set", r);
-  return valid_boxes(a, "the first set", r) && valid_worlds(a, "the first set", r) &&
-         valid_boxes(*b, "the second set", r) && valid_worlds(*b, "the second set", r);
+  if (!b) return valid_set(a, "the set", r);
+  return valid_set(a, "the first set", r) && valid_set(*b, "the second set", r);
 }
 
 }  // namespace

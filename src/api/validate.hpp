@@ -30,6 +30,15 @@ bool valid(const DoubleBoxes& a, const DoubleBoxes* b, const Options& options, R
 // The same for one set, with options already checked.
 bool valid(const Boxes& set, Result& r) noexcept;
 
+// The word for one element of a set and for several, for messages.
+struct Noun {
+  const char* one;
+  const char* many;
+};
+// Checks the lengths, strides and worlds of the filters of `count` elements.
+bool valid_filters(const Filters& filters, std::size_t count, const char* set, const Noun& noun,
+                   Result& r) noexcept;
+
 // The same for boxes in device memory: values that need a read of the boxes are left to the device.
 bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept;
 

@@ -12,8 +12,6 @@
 namespace throng::grid {
 namespace {
 
-// Below this many boxes a second thread costs more than it gains. Measured by throng bench.
-constexpr std::uint64_t threads_pay_from = 6000;
 // Problems of a partition with fewer boxes are solved by one worker; larger ones by all workers.
 constexpr std::uint64_t team_pays_from = 65536;
 
@@ -108,6 +106,7 @@ void Engine::pass(Call& call, Sink& sink) {
   THRONG_RANGE("find");
   Search& search = call.search;
   search.sink = &sink;
+  if (search.pair_test) search.pair_test->restart();
   Worker* const* workers = workers_.make(call.tasks);
   for (unsigned t = 0; t < call.tasks; ++t) workers[t]->begin(search);
   if (call.partitioned)
@@ -201,7 +200,7 @@ void Engine::find_into(Call& call, Output& output) {
 }
 
 Result Engine::find(const Boxes& a, const Boxes* b, const Options& options, Output* output,
-                    const Consumer* consumer, const PairTest* pair_test) {
+                    const Consumer* consumer, PairTest* pair_test) {
   Call call(options);
   call.search.pair_test = pair_test;
   return find(call, a, b, output, consumer);

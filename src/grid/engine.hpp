@@ -17,6 +17,9 @@
 
 namespace throng::grid {
 
+// Below this many boxes a second thread costs more than it gains. Measured by throng bench.
+constexpr std::uint64_t threads_pay_from = 6000;
+
 // A small number of pairs for any number of boxes: half a MiB.
 constexpr std::size_t few_pairs = std::size_t{1} << 16;
 
@@ -48,7 +51,7 @@ class Engine {
 
   // Arguments are validated by the API layer. b null: one set. `output` or `consumer` is null.
   Result find(const Boxes& a, const Boxes* b, const Options&, Output* output,
-              const Consumer* consumer, const PairTest* pair_test = nullptr);
+              const Consumer* consumer, PairTest* pair_test = nullptr);
   Result find(const DoubleBoxes& a, const DoubleBoxes* b, const Options&, Output* output,
               const Consumer* consumer);
 

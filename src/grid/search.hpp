@@ -92,6 +92,8 @@ class PairTest {
   // Moves the pairs that pass to the front, in any order, and returns their number. Called from any
   // thread, with at most staging_pairs + emit_slack pairs.
   virtual std::size_t keep(Pair* pairs, std::size_t count) const = 0;
+  // Called before each pass over all pairs: what was counted before is void.
+  virtual void restart() noexcept = 0;
 
  protected:
   ~PairTest() = default;
@@ -108,7 +110,7 @@ struct Search {
   float cell_scale = 1;
   bool flat = false;                              // all boxes are 2-D
   const FilterClasses* filter_classes = nullptr;  // set if static, group or mask forbid anything
-  const PairTest* pair_test = nullptr;            // applied last; null: none
+  PairTest* pair_test = nullptr;                  // applied last; null: none
   bool owners = false;                            // two boxes may have the same owner
   // Boxes of different worlds may be compared: two that span too many columns, or any two.
   bool wide_worlds = false, any_worlds = false;

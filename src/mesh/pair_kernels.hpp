@@ -1,0 +1,28 @@
+// The test of a block of candidate pairs, one function per instruction set.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <throng/options.hpp>
+
+#include "mesh/arrays.hpp"
+
+namespace throng::mesh {
+
+struct PairKernels {
+  Isa isa;
+  // Moves the pairs of triangles that intersect to the front, in any order; returns their number.
+  // Adds the number of exact tests to `exact_tests`.
+  std::size_t (*keep)(const PairInput&, Pair*, std::size_t count, std::uint64_t& exact_tests);
+};
+
+// The vector kernels; null for scalar and for what the build lacks. Precondition: the processor has
+// the instruction set.
+const PairKernels* simd_pair_kernels(Isa isa) noexcept;
+extern const PairKernels scalar_pair_kernels;
+
+// The exact test of one candidate.
+bool exact_test(const PairInput& input, Pair pair) noexcept;
+
+}  // namespace throng::mesh
