@@ -10,7 +10,9 @@
 #include "mesh/distance.hpp"
 #else
 namespace throng::mesh {
-bool triangles_within(const TrianglePoints&, const TrianglePoints&, double);
+bool triangles_within(const TrianglePoints& a, const TrianglePoints& b, double) {
+  return triangles_meet(a, b);
+}
 }
 #endif
 #include "mesh/pair_kernels.hpp"
