@@ -17,13 +17,12 @@ inline constexpr const char* grey = "#8a8a86";
 class Drawing {
  public:
   // In pixels; y goes down.
-  Drawing(int width, int height) {
-    text_ = fmt::format(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
-        "height=\"{1}\" font-family=\"sans-serif\" font-size=\"14\">\n"
-        "<rect width=\"{0}\" height=\"{1}\" rx=\"6\" fill=\"#fdfdfb\"/>\n",
-        width, height);
-  }
+  Drawing(int width, int height)
+      : text_(fmt::format(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
+            "height=\"{1}\" font-family=\"sans-serif\" font-size=\"14\">\n"
+            "<rect width=\"{0}\" height=\"{1}\" rx=\"6\" fill=\"#fdfdfb\"/>\n",
+            width, height)) {}
 
   void rectangle(double x, double y, double width, double height, const char* colour,
                  double opacity = 0.25) {

@@ -72,14 +72,14 @@ class TriangleMesh {
  public:
   TriangleMesh() noexcept = default;
   // `triangle_stride_bytes`: a multiple of 4.
-  TriangleMesh(Vertices points, const Triangle* first_triangle, std::size_t triangle_count,
+  TriangleMesh(const Vertices& points, const Triangle* first_triangle, std::size_t triangle_count,
                std::size_t triangle_stride_bytes = sizeof(Triangle)) noexcept
       : vertices(points), triangles{first_triangle, triangle_count, triangle_stride_bytes} {}
   // Any container of Triangle with data() and size().
   template <class Container,
             class = std::enable_if_t<std::is_same<
                 decltype(std::declval<const Container&>().data() + 0), const Triangle*>::value>>
-  TriangleMesh(Vertices points, const Container& corners) noexcept
+  TriangleMesh(const Vertices& points, const Container& corners) noexcept
       : TriangleMesh(points, corners.data(), corners.size()) {}
 
   std::size_t size() const noexcept { return triangles.count; }

@@ -83,7 +83,7 @@ THRONG_HD inline std::int32_t index_of(float x, float origin, float scale, float
 // The bits of a float as an integer in float order.
 inline std::int32_t ordered_bits(float x) noexcept {
   const auto bits = std::bit_cast<std::int32_t>(x + 0.0f);
-  return bits ^ (bits >> 31 & 0x7fffffff);
+  return bits < 0 ? bits ^ 0x7fffffff : bits;
 }
 inline float position_by_bits(float x, float centre) noexcept {
   return static_cast<float>(ordered_bits(x - centre));

@@ -13,7 +13,7 @@ namespace throng::mesh {
 bool triangles_within(const TrianglePoints& a, const TrianglePoints& b, double) {
   return triangles_meet(a, b);
 }
-}
+}  // namespace throng::mesh
 #endif
 #include "mesh/pair_kernels.hpp"
 #include "mesh/plane_filter.hpp"

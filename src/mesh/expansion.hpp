@@ -87,6 +87,7 @@ struct Expansion {
   double term[Capacity];
 
   // The terms stay uninitialized.
+  // cppcheck-suppress uninitMemberVar
   THRONG_HD Expansion() noexcept {}  // NOLINT(cppcoreguidelines-pro-type-member-init)
   THRONG_HD explicit Expansion(TwoTerms x) noexcept {
     append(x.low);

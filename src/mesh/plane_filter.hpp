@@ -36,13 +36,9 @@ THRONG_HD inline DoubleVec3 minus(const DoubleVec3& a, const DoubleVec3& b) noex
 // A plane through a point of origin, spanned by two vectors from there.
 class PlaneFilter {
  public:
-  THRONG_HD PlaneFilter(const DoubleVec3& u, const DoubleVec3& v) noexcept {
-    const double a = u.y * v.z, b = u.z * v.y, c = u.z * v.x, d = u.x * v.z, e = u.x * v.y,
-                 f = u.y * v.x;
-    normal_ = {a - b, c - d, e - f};
-    magnitude_ = {std::fabs(a) + std::fabs(b), std::fabs(c) + std::fabs(d),
-                  std::fabs(e) + std::fabs(f)};
-  }
+  THRONG_HD PlaneFilter(const DoubleVec3& u, const DoubleVec3& v) noexcept
+      : PlaneFilter(Products{u.y * v.z, u.z * v.x, u.x * v.y},
+                    Products{u.z * v.y, u.x * v.z, u.y * v.x}) {}
   // 1 or -1: the side of x, a vector from the origin. 0: uncertain.
   THRONG_HD int side(const DoubleVec3& x) const noexcept {
     const double value = (normal_.x * x.x + normal_.y * x.y) + normal_.z * x.z;
@@ -53,6 +49,14 @@ class PlaneFilter {
   }
 
  private:
+  struct Products {
+    double x, y, z;
+  };
+  THRONG_HD PlaneFilter(const Products& a, const Products& b) noexcept
+      : normal_{a.x - b.x, a.y - b.y, a.z - b.z},
+        magnitude_{std::fabs(a.x) + std::fabs(b.x), std::fabs(a.y) + std::fabs(b.y),
+                   std::fabs(a.z) + std::fabs(b.z)} {}
+
   DoubleVec3 normal_, magnitude_;
 };
 

@@ -72,6 +72,8 @@ struct BvhForest::Build {
   std::uint32_t node;  // number of the next node
 };
 
+// The first tree_count_ of trees_ are set.
+// cppcheck-suppress uninitMemberVar
 BvhForest::BvhForest(base::Memory& memory) noexcept
     : lines_(memory), summaries_(memory), items_(memory) {}
 
