@@ -1,0 +1,457 @@
+// MeshFinder: its forms and options against a double loop, and what it refuses.
+#include <throng/throng.hpp>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "mesh/mesh_cases.hpp"
+#include "mesh/triangle_pair.hpp"
+#include "support/counting_resource.hpp"
+#include "support/heap_count.hpp"
+#include "support/sanitized.hpp"
+
+namespace throng::tests {
+namespace {
+
+mesh::TrianglePoints points_of(const SmallMesh& m, std::size_t i) {
+  const auto t = m.points(i);
+  return {{t[0], t[1], t[2]}};
+}
+
+std::vector<Pair> pairs_of(const SmallMesh& m) {
+  std::vector<Pair> pairs;
+  for (std::uint32_t i = 0; i < m.triangles.size(); ++i) {
+    for (std::uint32_t j = i + 1; j < m.triangles.size(); ++j) {
+      if (mesh::triangles_pair(m.triangles[i], m.triangles[j], points_of(m, i), points_of(m, j)))
+        pairs.push_back({i, j});
+    }
+  }
+  return pairs;
+}
+std::vector<Pair> pairs_of(const SmallMesh& a, const SmallMesh& b) {
+  std::vector<Pair> pairs;
+  for (std::uint32_t i = 0; i < a.triangles.size(); ++i) {
+    for (std::uint32_t j = 0; j < b.triangles.size(); ++j) {
+      if (mesh::triangles_meet(points_of(a, i), points_of(b, j))) pairs.push_back({i, j});
+    }
+  }
+  return pairs;
+}
+
+std::vector<Vec3> as_floats(const std::vector<DoubleVec3>& points) {
+  std::vector<Vec3> floats;
+  for (const DoubleVec3& p : points)
+    floats.push_back({static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+  return floats;
+}
+
+Options canonical() {
+  Options options;
+  options.order = Order::canonical;
+  return options;
+}
+
+// Small triangles in a cube, two thousand: enough for several columns.
+SmallMesh soup(std::uint64_t seed, std::size_t triangles = 2000, double size = 0.15) {
+  Random random(seed);
+  SmallMesh m;
+  const auto real = [&] { return static_cast<double>(random.in(-1, 1)); };
+  for (std::uint32_t i = 0; i < triangles; ++i) {
+    const DoubleVec3 c{real(), real(), real()};
+    for (int k = 0; k < 3; ++k) {
+      const DoubleVec3 p{c.x + size * real(), c.y + size * real(), c.z + size * real()};
+      m.vertices.push_back({static_cast<double>(static_cast<float>(p.x)),
+                            static_cast<double>(static_cast<float>(p.y)),
+                            static_cast<double>(static_cast<float>(p.z))});
+    }
+    m.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  return m;
+}
+
+// A wavy sheet of 2 n^2 triangles, whose neighbours share vertices; folds cross each other.
+SmallMesh sheet(std::uint32_t n) {
+  SmallMesh m;
+  for (std::uint32_t i = 0; i <= n; ++i) {
+    for (std::uint32_t j = 0; j <= n; ++j) {
+      const double u = static_cast<double>(i) / n, v = static_cast<double>(j) / n;
+      const auto round = [](double x) { return static_cast<double>(static_cast<float>(x)); };
+      m.vertices.push_back({round(u + 0.05 * std::sin(31 * v)), round(v + 0.05 * std::sin(29 * u)),
+                            round(0.05 * std::sin(23 * u) * std::sin(27 * v))});
+    }
+  }
+  for (std::uint32_t i = 0; i < n; ++i) {
+    for (std::uint32_t j = 0; j < n; ++j) {
+      const std::uint32_t a = i * (n + 1) + j, b = a + n + 1;
+      m.triangles.push_back({a, b, b + 1});
+      m.triangles.push_back({a, b + 1, a + 1});
+    }
+  }
+  return m;
+}
+
+class Isas : public testing::TestWithParam<Isa> {
+ protected:
+  Options options() const {
+    Options options = canonical();
+    options.isa = GetParam();
+    return options;
+  }
+  void SetUp() override {
+    MeshFinder finder(options());
+    if (finder.find(TriangleMesh()).status == Status::unsupported_isa)
+      GTEST_SKIP() << "this processor lacks " << to_string(GetParam());
+  }
+};
+
+TEST_P(Isas, FindAllPairs) {
+  for (int kind = 0; kind < static_cast<int>(MeshKind::count); ++kind) {
+    for (std::uint64_t seed = 0; seed < seeds(10); ++seed) {
+      for (const bool floats : {false, true}) {
+        const SmallMesh m = small_mesh(static_cast<MeshKind>(kind), floats, seed);
+        const SmallMesh other = small_mesh(static_cast<MeshKind>(kind), floats, seed + 1000);
+        const std::vector<Pair> want = pairs_of(m), between = pairs_of(m, other);
+        EXPECT_EQ(find_self_intersections({m.vertices, m.triangles}, options()), want)
+            << kind << " " << seed;
+        EXPECT_EQ(find_intersections({m.vertices, m.triangles},
+                                     {other.vertices, other.triangles}, options()),
+                  between);
+        if (!floats) continue;
+        const std::vector<Vec3> v = as_floats(m.vertices), w = as_floats(other.vertices);
+        EXPECT_EQ(find_self_intersections({v, m.triangles}, options()), want);
+        EXPECT_EQ(find_intersections({v, m.triangles}, {w, other.triangles}, options()), between);
+        // One mesh of floats, one of doubles.
+        EXPECT_EQ(find_intersections({v, m.triangles}, {other.vertices, other.triangles}, options()),
+                  between);
+      }
+    }
+  }
+}
+
+TEST_P(Isas, FindAllPairsOfLargerMeshes) {
+  const SmallMesh first = soup(1), second = soup(2), folded = sheet(24);
+  EXPECT_EQ(find_self_intersections({as_floats(first.vertices), first.triangles}, options()),
+            pairs_of(first));
+  EXPECT_EQ(find_self_intersections({first.vertices, first.triangles}, options()), pairs_of(first));
+  EXPECT_EQ(find_self_intersections({folded.vertices, folded.triangles}, options()),
+            pairs_of(folded));
+  EXPECT_EQ(find_intersections({first.vertices, first.triangles},
+                               {second.vertices, second.triangles}, options()),
+            pairs_of(first, second));
+  Options brute = options();
+  brute.algorithm = Algorithm::all_pairs;
+  EXPECT_EQ(find_self_intersections({first.vertices, first.triangles}, brute), pairs_of(first));
+}
+
+// On ordinary meshes of floats less than one test in a thousand is exact.
+TEST_P(Isas, RarelyTestExactly) {
+  const SmallMesh m = sheet(60);
+  const std::vector<Vec3> v = as_floats(m.vertices);
+  MeshFinder finder(options());
+  const MeshResult r = finder.find({v, m.triangles});
+  ASSERT_TRUE(r.ok()) << r.message;
+  EXPECT_GT(r.candidates, 30'000u);
+  EXPECT_LT(r.exact_tests, r.candidates / 1000);
+}
+
+std::string isa_name(const testing::TestParamInfo<Isa>& info) { return to_string(info.param); }
+INSTANTIATE_TEST_SUITE_P(All, Isas,
+                         testing::Values(Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon),
+                         isa_name);
+
+TEST(MeshFinder, LayoutsGiveTheSamePairs) {
+  const SmallMesh m = sheet(20);
+  const std::vector<Pair> want = pairs_of(m);
+  struct Vertex {
+    float other;
+    Vec3 position;
+    float normal[3];
+  };
+  struct Face {
+    std::uint16_t material[2];
+    Triangle triangle;
+  };
+  std::vector<Vertex> vertices;
+  for (const Vec3& p : as_floats(m.vertices)) vertices.push_back({NAN, p, {}});
+  std::vector<Face> faces;
+  for (const Triangle& t : m.triangles) faces.push_back({{}, t});
+  const TriangleMesh view(Vertices(&vertices[0].position, vertices.size(), sizeof(Vertex)),
+                          &faces[0].triangle, faces.size(), sizeof(Face));
+  EXPECT_EQ(find_self_intersections(view, canonical()), want);
+}
+
+TEST(MeshFinder, FormsAndOrdersGiveTheSamePairs) {
+  const SmallMesh m = soup(3);
+  const TriangleMesh view(m.vertices, m.triangles);
+  const std::vector<Pair> want = pairs_of(m);
+  ASSERT_GT(want.size(), 100u);
+  for (const Order order : {Order::any, Order::canonical}) {
+    for (const unsigned threads : {1u, 2u, 5u}) {
+      Options options;
+      options.order = order;
+      options.threads = threads;
+      MeshFinder finder(options);
+      const auto check = [&](std::vector<Pair> got) {
+        if (order == Order::any) std::sort(got.begin(), got.end());
+        EXPECT_EQ(got, want);
+      };
+      MeshResult r = finder.find(view);
+      ASSERT_TRUE(r.ok()) << r.message;
+      EXPECT_EQ(r.found, want.size());
+      EXPECT_GE(r.candidates, r.found);
+      check({finder.pairs().begin(), finder.pairs().end()});
+
+      std::vector<Pair> buffer(want.size());
+      r = finder.find(view, buffer.data(), buffer.size());
+      ASSERT_TRUE(r.ok()) << r.message;
+      check(buffer);
+      EXPECT_TRUE(finder.pairs().empty());
+
+      const std::size_t few = want.size() - 1;
+      r = finder.find(view, buffer.data(), few);
+      EXPECT_EQ(r.status, Status::buffer_too_small);
+      EXPECT_EQ(r.found, want.size());
+      EXPECT_EQ(r.written, order == Order::any ? few : 0);
+
+      std::vector<Pair> consumed;
+      r = finder.consume(view, [&consumed](const Pair* pairs, std::size_t count) {
+        consumed.insert(consumed.end(), pairs, pairs + count);
+        return true;
+      });
+      ASSERT_TRUE(r.ok()) << r.message;
+      check(consumed);
+
+      r = finder.consume(view, [](const Pair*, std::size_t) { return false; });
+      EXPECT_EQ(r.status, Status::stopped);
+    }
+  }
+}
+
+TEST(MeshFinder, CandidatesAreTheOverlappingBoxes) {
+  const SmallMesh m = soup(4);
+  std::vector<Box> boxes;
+  const std::vector<Vec3> v = as_floats(m.vertices);
+  for (const Triangle& t : m.triangles) {
+    const Vec3 &a = v[t.a], &b = v[t.b], &c = v[t.c];
+    boxes.push_back({{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})},
+                     {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})}});
+  }
+  MeshFinder finder;
+  const MeshResult r = finder.find({v, m.triangles});
+  ASSERT_TRUE(r.ok());
+  EXPECT_EQ(r.candidates, find_pairs(boxes).size());
+}
+
+TEST(MeshFinder, AWarmFinderAllocatesNothing) {
+  const SmallMesh m = sheet(40);
+  SmallMesh moved = m;
+  for (DoubleVec3& p : moved.vertices) p.z += 0.01;
+  Options options;
+  options.threads = 1;
+  CountingResource memory;
+  options.memory = &memory;
+  MeshFinder finder(options);
+  ASSERT_TRUE(finder.find({m.vertices, m.triangles}).ok());
+  const std::size_t found = finder.pairs().size(), calls = memory.calls();
+  ASSERT_TRUE(finder.find({moved.vertices, m.triangles}).ok());
+  EXPECT_EQ(memory.calls(), calls);
+  EXPECT_EQ(finder.pairs().size(), found);
+  EXPECT_EQ(finder.memory_bytes(), memory.held());
+}
+
+TEST(MeshFinder, ATransformMovesAMesh) {
+  const SmallMesh a = soup(5, 500), b = soup(6, 500);
+  AffineTransform turn;
+  const double c = std::cos(0.7), s = std::sin(0.7);
+  turn.row[0][0] = c;
+  turn.row[0][1] = -s;
+  turn.row[0][3] = 0.1;
+  turn.row[1][0] = s;
+  turn.row[1][1] = c;
+  turn.row[1][3] = -0.2;
+  turn.row[2][3] = 0.05;
+  SmallMesh turned = b;
+  for (DoubleVec3& p : turned.vertices) {
+    const auto row = [&p](const double(&m)[4]) {
+      return ((m[0] * p.x + m[1] * p.y) + m[2] * p.z) + m[3];
+    };
+    p = {row(turn.row[0]), row(turn.row[1]), row(turn.row[2])};
+  }
+  const std::vector<Vec3> v = as_floats(a.vertices), w = as_floats(b.vertices);
+  TriangleMesh placed(w, b.triangles);
+  placed.transform = turn;
+  EXPECT_EQ(find_intersections({v, a.triangles}, placed, canonical()), pairs_of(a, turned));
+  EXPECT_NE(pairs_of(a, turned), pairs_of(a, b));
+  EXPECT_EQ(find_self_intersections(placed, canonical()), pairs_of(turned));
+}
+
+TEST(MeshFinder, FiltersAreThoseOfBoxes) {
+  const SmallMesh m = soup(7, 800);
+  std::vector<std::uint32_t> group(m.triangles.size()), mask(m.triangles.size());
+  std::vector<std::int32_t> world(m.triangles.size());
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    group[i] = 1u << (i % 3);
+    mask[i] = i % 2 ? 7u : 3u;
+    world[i] = static_cast<std::int32_t>(i % 4) - 1;
+  }
+  TriangleMesh view(m.vertices, m.triangles);
+  view.filters.group = {group.data(), group.size()};
+  view.filters.mask = {mask.data(), mask.size()};
+  view.filters.world = {world.data(), world.size()};
+  std::vector<Pair> want;
+  for (const Pair p : pairs_of(m)) {
+    const std::int32_t wa = world[p.first], wb = world[p.second];
+    if ((group[p.first] & mask[p.second]) && (group[p.second] & mask[p.first]) &&
+        (wa == wb || wa == -1 || wb == -1)) {
+      want.push_back(p);
+    }
+  }
+  ASSERT_GT(want.size(), 10u);
+  EXPECT_EQ(find_self_intersections(view, canonical()), want);
+}
+
+// ---- what is refused ----------------------------------------------------------------------------
+
+void expect_error(const TriangleMesh& view, Status status, const char* text,
+                  const Options& options = {}) {
+  MeshFinder finder(options);
+  const MeshResult r = finder.find(view);
+  EXPECT_EQ(r.status, status) << r.message;
+  EXPECT_NE(std::strstr(r.message, text), nullptr) << r.message;
+  EXPECT_TRUE(finder.pairs().empty());
+  EXPECT_THROW((void)find_self_intersections(view, options), Error);
+}
+
+TEST(MeshFinder, NamesTheFirstBadTriangle) {
+  SmallMesh m = sheet(30);
+  std::vector<Vec3> v = as_floats(m.vertices);
+  m.triangles[500].b = static_cast<std::uint32_t>(v.size());
+  m.triangles[700].c = ~0u;
+  expect_error({v, m.triangles}, Status::bad_mesh,
+               "triangle 500 of the mesh has vertex 961, but there are 961 vertices, counted from 0; "
+               "fix the index (1 more bad triangles)");
+  m.triangles[500].b = 0;
+  m.triangles[700].c = 0;
+  for (const float bad : {NAN, INFINITY, -INFINITY}) {
+    v[m.triangles[300].c].y = bad;
+    MeshFinder finder;
+    const MeshResult r = finder.find({v, m.triangles});
+    EXPECT_EQ(r.status, Status::bad_mesh);
+    std::uint64_t users = 0, first = ~std::uint64_t{0};
+    for (std::size_t i = 0; i < m.triangles.size(); ++i) {
+      const Triangle& t = m.triangles[i];
+      const std::uint32_t it = m.triangles[300].c;
+      if (t.a != it && t.b != it && t.c != it) continue;
+      ++users;
+      first = std::min<std::uint64_t>(first, i);
+    }
+    EXPECT_EQ(r.invalid_count, users);
+    EXPECT_EQ(r.first_invalid, first);
+    EXPECT_NE(std::strstr(r.message, "coordinates must be finite"), nullptr) << r.message;
+  }
+}
+
+TEST(MeshFinder, UnusedVerticesMayBeAnything) {
+  const SmallMesh m = sheet(10);
+  std::vector<Vec3> v = as_floats(m.vertices);
+  v.push_back({NAN, INFINITY, 0});
+  EXPECT_EQ(find_self_intersections({v, m.triangles}, canonical()), pairs_of(m));
+}
+
+TEST(MeshFinder, RefusesWhatItCannotRead) {
+  const SmallMesh m = sheet(4);
+  const std::vector<Vec3> v = as_floats(m.vertices);
+  expect_error(TriangleMesh(v, nullptr, 3), Status::bad_mesh, "array is null");
+  expect_error(TriangleMesh(Vertices(static_cast<const Vec3*>(nullptr), 9), m.triangles),
+               Status::bad_mesh, "vertices but their array is null");
+  expect_error(TriangleMesh(v, m.triangles.data(), m.triangles.size(), 13), Status::bad_mesh,
+               "13 bytes; it must be a multiple of 4");
+  expect_error(TriangleMesh(Vertices(v.data(), v.size(), 14), m.triangles), Status::bad_mesh,
+               "14 bytes; it must be a multiple of 4");
+  expect_error(TriangleMesh(Vertices(m.vertices.data(), m.vertices.size(), 28), m.triangles),
+               Status::bad_mesh, "28 bytes; it must be a multiple of 8");
+  expect_error(TriangleMesh(v, m.triangles.data(), max_box_count + 1, 0), Status::too_many_boxes,
+               "at most 4294901760");
+  expect_error(TriangleMesh(Vertices(), m.triangles), Status::bad_mesh, "there are 0 vertices");
+  Options options;
+  options.margin = 1;
+  expect_error({v, m.triangles}, Status::bad_option, "use find_within", options);
+  TriangleMesh filtered(v, m.triangles);
+  const std::uint32_t one = 1;
+  filtered.filters.group = {&one, 1};
+  expect_error(filtered, Status::bad_filter, "has 1 values for 32 triangles; give one value per triangle");
+  TriangleMesh placed(v, m.triangles);
+  placed.transform.row[1][2] = NAN;
+  expect_error(placed, Status::bad_mesh, "transform");
+  placed.transform.row[1][2] = 1e300;
+  placed.transform.row[1][1] = 1e300;
+  placed.transform.row[1][3] = 1.7e308;
+  MeshFinder finder;
+  EXPECT_TRUE(finder.find(placed).ok());
+  for (const double d : {-1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)}) {
+    const MeshResult r = finder.find_within({v, m.triangles}, d);
+    EXPECT_EQ(r.status, Status::bad_option);
+    EXPECT_NE(std::strstr(r.message, "distance"), nullptr) << r.message;
+  }
+}
+
+TEST(MeshFinder, EmptyAndSingleMeshes) {
+  const SmallMesh m = sheet(4);
+  EXPECT_TRUE(find_self_intersections(TriangleMesh()).empty());
+  EXPECT_TRUE(find_self_intersections({m.vertices, m.triangles.data(), 1}).empty());
+  EXPECT_TRUE(find_intersections(TriangleMesh(), {m.vertices, m.triangles}).empty());
+  const std::vector<Triangle> equal(100, Triangle{0, 1, 6});
+  EXPECT_EQ(find_self_intersections({m.vertices, equal}).size(), 100u * 99 / 2);
+}
+
+TEST(MeshFinder, StopsWhenItIsStopped) {
+  const SmallMesh m = soup(8);
+  std::atomic<bool> stop{true};
+  Options options;
+  options.stop = &stop;
+  MeshFinder finder(options);
+  EXPECT_EQ(finder.find({m.vertices, m.triangles}).status, Status::stopped);
+  stop = false;
+  EXPECT_TRUE(finder.find({m.vertices, m.triangles}).ok());
+}
+
+TEST(MeshFinder, AMemoryCapHoldsOrNamesWhatIsNeeded) {
+  const SmallMesh m = soup(9, 20'000, 0.05);
+  const std::vector<Vec3> v = as_floats(m.vertices);
+  for (const Order order : {Order::any, Order::canonical}) {
+    Options options;
+    options.order = order;
+    CountingResource memory;
+    options.memory = &memory;
+    std::uint64_t found = 0;
+    options.memory_cap_bytes = 1;
+    MeshFinder finder(options);
+    MeshResult r;
+    for (int tries = 0; tries < 20; ++tries) {
+      found = 0;
+      r = finder.consume({v, m.triangles}, [&found](const Pair*, std::size_t count) {
+        found += count;
+        return true;
+      });
+      if (r.status != Status::memory_cap_too_small) break;
+      ASSERT_GT(r.bytes_needed, options.memory_cap_bytes);
+      options.memory_cap_bytes = r.bytes_needed;
+      finder.set_options(options);
+    }
+    ASSERT_TRUE(r.ok()) << r.message;
+    EXPECT_LE(finder.memory_bytes(), options.memory_cap_bytes);
+    EXPECT_EQ(found, r.found);
+    EXPECT_EQ(found, find_self_intersections({v, m.triangles}).size());
+  }
+}
+
+}  // namespace
+}  // namespace throng::tests

@@ -1,0 +1,137 @@
+// The rule for a pair of triangles, and the search, against rational numbers.
+#include <throng/throng.hpp>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "mesh/exact_triangles.hpp"
+#include "mesh/mesh_cases.hpp"
+#include "mesh/plane_filter.hpp"
+#include "mesh/triangle_pair.hpp"
+#include "support/sanitized.hpp"
+
+namespace throng::tests {
+namespace {
+
+mesh::TrianglePoints points_of(const std::array<DoubleVec3, 3>& t) {
+  return {{t[0], t[1], t[2]}};
+}
+
+std::vector<Pair> exact_pairs(const SmallMesh& mesh) {
+  std::vector<Pair> pairs;
+  const auto n = static_cast<std::uint32_t>(mesh.triangles.size());
+  for (std::uint32_t i = 0; i < n; ++i) {
+    for (std::uint32_t j = i + 1; j < n; ++j) {
+      if (exactly_pair(mesh.triangles[i], mesh.triangles[j], mesh.points(i), mesh.points(j)))
+        pairs.push_back({i, j});
+    }
+  }
+  return pairs;
+}
+
+class Kinds : public testing::TestWithParam<MeshKind> {};
+
+TEST_P(Kinds, TheRuleIsThatOfRationalNumbers) {
+  for (std::uint64_t seed = 0; seed < seeds(5); ++seed) {
+    for (const bool floats : {true, false}) {
+      const SmallMesh mesh = small_mesh(GetParam(), floats, seed);
+      for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        for (std::size_t j = i + 1; j < mesh.triangles.size(); ++j) {
+          const auto a = mesh.points(i), b = mesh.points(j);
+          const mesh::TrianglePoints pa = points_of(a), pb = points_of(b);
+          ASSERT_EQ(mesh::triangles_meet(pa, pb), exactly_meet(a, b))
+              << "seed " << seed << ", triangles " << i << " and " << j;
+          ASSERT_EQ(mesh::triangles_pair(mesh.triangles[i], mesh.triangles[j], pa, pb),
+                    exactly_pair(mesh.triangles[i], mesh.triangles[j], a, b))
+              << "seed " << seed << ", triangles " << i << " and " << j;
+        }
+      }
+    }
+  }
+}
+
+TEST_P(Kinds, TheSearchFindsThePairsOfRationalNumbers) {
+  for (std::uint64_t seed = 100; seed < 100 + seeds(5); ++seed) {
+    for (const bool floats : {true, false}) {
+      const SmallMesh mesh = small_mesh(GetParam(), floats, seed);
+      const std::vector<Pair> want = exact_pairs(mesh);
+      Options options;
+      options.order = Order::canonical;
+      EXPECT_EQ(find_self_intersections({mesh.vertices, mesh.triangles}, options), want) << seed;
+      if (!floats) continue;
+      std::vector<Vec3> vertices;
+      for (const DoubleVec3& p : mesh.vertices)
+        vertices.push_back(
+            {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+      EXPECT_EQ(find_self_intersections({vertices, mesh.triangles}, options), want) << seed;
+    }
+  }
+}
+
+std::string name_of(const testing::TestParamInfo<MeshKind>& info) {
+  static constexpr const char* names[] = {"random",  "small_grid",      "grid",     "flat",
+                                          "line",    "nudged_grid",     "slivers",  "far_from_origin",
+                                          "denormal", "huge"};
+  return names[static_cast<int>(info.param)];
+}
+INSTANTIATE_TEST_SUITE_P(All, Kinds,
+                         testing::Values(MeshKind::random, MeshKind::small_grid, MeshKind::grid,
+                                         MeshKind::flat, MeshKind::line, MeshKind::nudged_grid,
+                                         MeshKind::slivers, MeshKind::far_from_origin,
+                                         MeshKind::denormal, MeshKind::huge),
+                         name_of);
+
+// Whether triangles i and i + 1 have six different vertices.
+bool all_distinct(const SmallMesh& mesh, std::size_t i) {
+  const Triangle &a = mesh.triangles[i], &b = mesh.triangles[i + 1];
+  return std::set<std::uint32_t>{a.a, a.b, a.c, b.a, b.b, b.c}.size() == 6;
+}
+
+// A decision of the filter is that of the exact rule, and on random triangles it nearly always
+// decides.
+TEST(PlaneFilter, ADecisionIsExact) {
+  std::size_t unsure = 0, all = 0;
+  for (int kind = 0; kind < static_cast<int>(MeshKind::count); ++kind) {
+    for (std::uint64_t seed = 0; seed < seeds(20); ++seed) {
+      const SmallMesh mesh = small_mesh(static_cast<MeshKind>(kind), seed % 2 == 0, seed);
+      for (std::size_t i = 0; i + 1 < mesh.triangles.size(); ++i) {
+        const auto a = mesh.points(i), b = mesh.points(i + 1);
+        const auto largest = [](const std::array<DoubleVec3, 3>& t) {
+          double most = 0;
+          for (const DoubleVec3& p : t)
+            most = std::max({most, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
+          return most;
+        };
+        if (std::max(largest(a), largest(b)) > mesh::largest_filtered) continue;
+        const mesh::TrianglePoints pa = points_of(a), pb = points_of(b);
+        const mesh::Decision meet = mesh::decide_meeting(pa.p, pb.p);
+        if (meet != mesh::Decision::unsure) {
+          ASSERT_EQ(meet == mesh::Decision::yes, mesh::triangles_meet(pa, pb));
+        }
+        const mesh::Decision vertex =
+            mesh::decide_beyond_vertex(a[0], a[1], a[2], b[1], b[2]);
+        if (vertex != mesh::Decision::unsure) {
+          ASSERT_EQ(vertex == mesh::Decision::yes,
+                    mesh::meet_beyond_vertex(a[0], a[1], a[2], b[1], b[2]));
+        }
+        const mesh::Decision edge = mesh::decide_beyond_edge(a[0], a[1], a[2], b[2]);
+        if (edge != mesh::Decision::unsure) {
+          ASSERT_EQ(edge == mesh::Decision::yes, mesh::meet_beyond_edge(a[0], a[1], a[2], b[2]));
+        }
+        if (static_cast<MeshKind>(kind) != MeshKind::random || !all_distinct(mesh, i)) continue;
+        unsure += meet == mesh::Decision::unsure;
+        ++all;
+      }
+    }
+  }
+  EXPECT_GT(all, 30u);
+  EXPECT_EQ(unsure, 0u);
+}
+
+}  // namespace
+}  // namespace throng::tests
