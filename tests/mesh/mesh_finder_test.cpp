@@ -260,9 +260,9 @@ TEST(MeshFinder, AWarmFinderAllocatesNothing) {
   options.memory = &memory;
   MeshFinder finder(options);
   ASSERT_TRUE(finder.find({m.vertices, m.triangles}).ok());
-  const std::size_t found = finder.pairs().size(), calls = memory.calls();
+  const std::size_t found = finder.pairs().size(), calls = memory.allocations();
   ASSERT_TRUE(finder.find({moved.vertices, m.triangles}).ok());
-  EXPECT_EQ(memory.calls(), calls);
+  EXPECT_EQ(memory.allocations(), calls);
   EXPECT_EQ(finder.pairs().size(), found);
   EXPECT_EQ(finder.memory_bytes(), memory.held());
 }
