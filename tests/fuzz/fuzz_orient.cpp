@@ -83,7 +83,8 @@ void run(Bytes& bytes) {
   const std::size_t i = bytes.below(4), k = (i + 1 + bytes.below(3)) % 4;
   FourPoints q = p;
   std::swap(q[i], q[k]);
-  require(mesh::orient3d_sign(q[0], q[1], q[2], q[3]) == -expected, "an exchange keeps the sign", q);
+  require(mesh::orient3d_sign(q[0], q[1], q[2], q[3]) == -expected, "an exchange keeps the sign",
+          q);
 
   const auto flat = [](auto&& predicate, const FourPoints& points) {
     return predicate(points[0].x, points[0].y, points[1].x, points[1].y, points[2].x, points[2].y);

@@ -19,7 +19,9 @@ struct ExactPoint {
   bool operator==(const ExactPoint& b) const { return x == b.x && y == b.y && z == b.z; }
 };
 
-inline ExactPoint exact(const DoubleVec3& p) { return {mpq_class(p.x), mpq_class(p.y), mpq_class(p.z)}; }
+inline ExactPoint exact(const DoubleVec3& p) {
+  return {mpq_class(p.x), mpq_class(p.y), mpq_class(p.z)};
+}
 inline ExactPoint operator-(const ExactPoint& a, const ExactPoint& b) {
   return {mpq_class(a.x - b.x), mpq_class(a.y - b.y), mpq_class(a.z - b.z)};
 }
@@ -50,8 +52,7 @@ inline bool in_hull(const ExactPoint& p, const ExactPoint& a, const ExactPoint& 
 // Whether p lies in the convex hull of three points.
 inline bool in_hull(const ExactPoint& p, const ExactTriangle& t) {
   const ExactPoint n = cross(t[1] - t[0], t[2] - t[0]);
-  if (is_zero(n))
-    return in_hull(p, t[0], t[1]) || in_hull(p, t[1], t[2]) || in_hull(p, t[2], t[0]);
+  if (is_zero(n)) return in_hull(p, t[0], t[1]) || in_hull(p, t[1], t[2]) || in_hull(p, t[2], t[0]);
   if (dot(n, p - t[0]) != 0) return false;
   for (std::size_t i = 0; i < 3; ++i) {
     const ExactPoint& a = t[i];
@@ -60,8 +61,8 @@ inline bool in_hull(const ExactPoint& p, const ExactTriangle& t) {
   return true;
 }
 
-// The common points of the segment a b with a line or plane, as far as they can be extreme: where it
-// crosses the plane of t, and where it crosses the lines of its edges.
+// The common points of the segment a b with a line or plane, as far as they can be extreme: where
+// it crosses the plane of t, and where it crosses the lines of its edges.
 inline void add_crossings(const ExactPoint& a, const ExactPoint& b, const ExactTriangle& t,
                           std::vector<ExactPoint>& points) {
   const ExactPoint n = cross(t[1] - t[0], t[2] - t[0]), d = b - a;
@@ -108,7 +109,8 @@ inline bool exactly_pair(const Triangle& ids_a, const Triangle& ids_b,
   std::vector<std::uint32_t> shared_ids;
   for (std::size_t i = 0; i < 3; ++i) {
     const bool in_b = std::find(ib.begin(), ib.end(), ia[i]) != ib.end();
-    if (!in_b || std::find(shared_ids.begin(), shared_ids.end(), ia[i]) != shared_ids.end()) continue;
+    if (!in_b || std::find(shared_ids.begin(), shared_ids.end(), ia[i]) != shared_ids.end())
+      continue;
     shared_ids.push_back(ia[i]);
     shared.push_back(exact(a[i]));
   }
@@ -117,8 +119,8 @@ inline bool exactly_pair(const Triangle& ids_a, const Triangle& ids_b,
   if (ia == ib) return true;
   const auto in_shared_hull = [&](const ExactPoint& p) {
     if (shared.empty()) return false;
-    return in_hull(p, {shared[0], shared[std::min<std::size_t>(1, shared.size() - 1)],
-                       shared.back()});
+    return in_hull(p,
+                   {shared[0], shared[std::min<std::size_t>(1, shared.size() - 1)], shared.back()});
   };
   for (const ExactPoint& p : common_points(exact(a), exact(b))) {
     if (!in_shared_hull(p)) return true;

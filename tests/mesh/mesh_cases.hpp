@@ -24,16 +24,16 @@ struct SmallMesh {
 };
 
 enum class MeshKind {
-  random,          // vertices in a cube
-  small_grid,      // integers -1 .. 1: most triangles touch or are coplanar
-  grid,            // integers -3 .. 3
-  flat,            // integers in one plane that is not parallel to an axis
-  line,            // integers on one line: no triangle has an area
-  nudged_grid,     // small_grid, some coordinates one float away
-  slivers,         // close to a line
-  far_from_origin, // a small grid at 1e6, one float apart
-  denormal,        // a small grid times the least float
-  huge,            // a small grid times 1e38
+  random,           // vertices in a cube
+  small_grid,       // integers -1 .. 1: most triangles touch or are coplanar
+  grid,             // integers -3 .. 3
+  flat,             // integers in one plane that is not parallel to an axis
+  line,             // integers on one line: no triangle has an area
+  nudged_grid,      // small_grid, some coordinates one float away
+  slivers,          // close to a line
+  far_from_origin,  // a small grid at 1e6, one float apart
+  denormal,         // a small grid times the least float
+  huge,             // a small grid times 1e38
   count
 };
 
@@ -96,9 +96,8 @@ inline SmallMesh small_mesh(MeshKind kind, bool floats, std::uint64_t seed,
         p = {1e6 + integer(1) * 0.0625, 1e6 + integer(1) * 0.0625, integer(1) * 0.0625};
         break;
       case MeshKind::denormal: {
-        const double scale =
-            floats ? static_cast<double>(std::numeric_limits<float>::denorm_min())
-                   : std::numeric_limits<double>::denorm_min();
+        const double scale = floats ? static_cast<double>(std::numeric_limits<float>::denorm_min())
+                                    : std::numeric_limits<double>::denorm_min();
         p = {integer(2) * scale, integer(2) * scale, integer(2) * scale};
         break;
       }

@@ -121,16 +121,17 @@ TEST_P(Isas, FindAllPairs) {
         const std::vector<Pair> want = pairs_of(m), between = pairs_of(m, other);
         EXPECT_EQ(find_self_intersections({m.vertices, m.triangles}, options()), want)
             << kind << " " << seed;
-        EXPECT_EQ(find_intersections({m.vertices, m.triangles},
-                                     {other.vertices, other.triangles}, options()),
+        EXPECT_EQ(find_intersections({m.vertices, m.triangles}, {other.vertices, other.triangles},
+                                     options()),
                   between);
         if (!floats) continue;
         const std::vector<Vec3> v = as_floats(m.vertices), w = as_floats(other.vertices);
         EXPECT_EQ(find_self_intersections({v, m.triangles}, options()), want);
         EXPECT_EQ(find_intersections({v, m.triangles}, {w, other.triangles}, options()), between);
         // One mesh of floats, one of doubles.
-        EXPECT_EQ(find_intersections({v, m.triangles}, {other.vertices, other.triangles}, options()),
-                  between);
+        EXPECT_EQ(
+            find_intersections({v, m.triangles}, {other.vertices, other.triangles}, options()),
+            between);
       }
     }
   }
@@ -241,8 +242,9 @@ TEST(MeshFinder, CandidatesAreTheOverlappingBoxes) {
   const std::vector<Vec3> v = as_floats(m.vertices);
   for (const Triangle& t : m.triangles) {
     const Vec3 &a = v[t.a], &b = v[t.b], &c = v[t.c];
-    boxes.push_back({{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})},
-                     {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})}});
+    boxes.push_back(
+        {{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})},
+         {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})}});
   }
   MeshFinder finder;
   const MeshResult r = finder.find({v, m.triangles});
@@ -335,9 +337,10 @@ TEST(MeshFinder, NamesTheFirstBadTriangle) {
   std::vector<Vec3> v = as_floats(m.vertices);
   m.triangles[500].b = static_cast<std::uint32_t>(v.size());
   m.triangles[700].c = ~0u;
-  expect_error({v, m.triangles}, Status::bad_mesh,
-               "triangle 500 of the mesh has vertex 961, but there are 961 vertices, counted from 0; "
-               "fix the index (1 more bad triangles)");
+  expect_error(
+      {v, m.triangles}, Status::bad_mesh,
+      "triangle 500 of the mesh has vertex 961, but there are 961 vertices, counted from 0; "
+      "fix the index (1 more bad triangles)");
   m.triangles[500].b = 0;
   m.triangles[700].c = 0;
   for (const float bad : {NAN, INFINITY, -INFINITY}) {
@@ -387,7 +390,8 @@ TEST(MeshFinder, RefusesWhatItCannotRead) {
   TriangleMesh filtered(v, m.triangles);
   const std::uint32_t one = 1;
   filtered.filters.group = {&one, 1};
-  expect_error(filtered, Status::bad_filter, "has 1 values for 32 triangles; give one value per triangle");
+  expect_error(filtered, Status::bad_filter,
+               "has 1 values for 32 triangles; give one value per triangle");
   TriangleMesh placed(v, m.triangles);
   placed.transform.row[1][2] = NAN;
   expect_error(placed, Status::bad_mesh, "transform");

@@ -38,6 +38,48 @@ int orient3d_wide_sign(const FourPoints& p) {
   return mesh::orient3d_wide_sign(p[0], p[1], p[2], p[3]);
 }
 
+// What the filter computes, without the terms for underflow.
+struct Estimate {
+  double determinant, permanent;
+};
+Estimate estimate3d(const FourPoints& p) {
+  const double x1 = p[1].x - p[0].x, y1 = p[1].y - p[0].y, z1 = p[1].z - p[0].z;
+  const double x2 = p[2].x - p[0].x, y2 = p[2].y - p[0].y, z2 = p[2].z - p[0].z;
+  const double x3 = p[3].x - p[0].x, y3 = p[3].y - p[0].y, z3 = p[3].z - p[0].z;
+  return {z1 * (x2 * y3 - x3 * y2) + z2 * (x3 * y1 - x1 * y3) + z3 * (x1 * y2 - x2 * y1),
+          std::fabs(z1) * (std::fabs(x2 * y3) + std::fabs(x3 * y2)) +
+              std::fabs(z2) * (std::fabs(x3 * y1) + std::fabs(x1 * y3)) +
+              std::fabs(z3) * (std::fabs(x1 * y2) + std::fabs(x2 * y1))};
+}
+Estimate estimate2d(const FourPoints& p) {
+  const double left = (p[1].x - p[0].x) * (p[2].y - p[0].y);
+  const double right = (p[1].y - p[0].y) * (p[2].x - p[0].x);
+  return {left - right, std::fabs(left) + std::fabs(right)};
+}
+
+// The error of an estimate in units of 2^-53 of the permanent.
+template <int N>
+double relative_error(const Estimate& estimate, const Expansion<N>& exact) {
+  const Expansion<N + 2> difference = merged(exact, Expansion<2>({-estimate.determinant, 0}));
+  double error = 0;
+  for (int i = 0; i < difference.size; ++i) error += difference.term[i];
+  return estimate.permanent == 0 ? 0 : std::fabs(error) / estimate.permanent * 0x1p53;
+}
+double relative_error3d(const FourPoints& p) {
+  const TwoTerms x1 = two_difference(p[1].x, p[0].x), y1 = two_difference(p[1].y, p[0].y);
+  const TwoTerms x2 = two_difference(p[2].x, p[0].x), y2 = two_difference(p[2].y, p[0].y);
+  const TwoTerms x3 = two_difference(p[3].x, p[0].x), y3 = two_difference(p[3].y, p[0].y);
+  const auto t1 = product(minor_of(x2, y2, x3, y3), two_difference(p[1].z, p[0].z));
+  const auto t2 = product(minor_of(x3, y3, x1, y1), two_difference(p[2].z, p[0].z));
+  const auto t3 = product(minor_of(x1, y1, x2, y2), two_difference(p[3].z, p[0].z));
+  return relative_error(estimate3d(p), merged(merged(t1, t2), t3));
+}
+double relative_error2d(const FourPoints& p) {
+  return relative_error(estimate2d(p),
+                        minor_of(two_difference(p[1].x, p[0].x), two_difference(p[1].y, p[0].y),
+                                 two_difference(p[2].x, p[0].x), two_difference(p[2].y, p[0].y)));
+}
+
 TEST(Orient, SignConvention) {
   const DoubleVec3 a{0, 0, 0}, b{1, 0, 0}, c{0, 1, 0};
   EXPECT_EQ(mesh::orient3d_sign(a, b, c, {0, 0, 1}), 1);
@@ -124,13 +166,9 @@ INSTANTIATE_TEST_SUITE_P(Kinds, OrientKinds, testing::Range(0, tests::point_kind
 TEST(OrientFilter, RoundingErrors) {
   Random random(3);
   int wrong = 0, wrong_flat = 0;
-  for (int n = 0; n < rounds; ++n) {
+  for (int n = 0; n < 4000; ++n) {
     const FourPoints p = tests::draw_points(random, PointKind::rounded_plane);
-    const double x1 = p[1].x - p[0].x, y1 = p[1].y - p[0].y, z1 = p[1].z - p[0].z;
-    const double x2 = p[2].x - p[0].x, y2 = p[2].y - p[0].y, z2 = p[2].z - p[0].z;
-    const double x3 = p[3].x - p[0].x, y3 = p[3].y - p[0].y, z3 = p[3].z - p[0].z;
-    const double determinant =
-        z1 * (x2 * y3 - x3 * y2) + z2 * (x3 * y1 - x1 * y3) + z3 * (x1 * y2 - x2 * y1);
+    const double determinant = estimate3d(p).determinant;
     const int sign = orient3d_wide_sign(p);
     wrong += determinant != 0 && sign != (determinant > 0 ? 1 : -1);
     // The first point, and two in the same direction from it but for rounding.
@@ -143,8 +181,51 @@ TEST(OrientFilter, RoundingErrors) {
     ASSERT_TRUE(filter == uncertain || filter == flat_sign);
     ASSERT_EQ(orient2d_exact_sign(ax, ay, bx, by, cx, cy), flat_sign);
   }
-  EXPECT_GT(wrong, rounds / 100);
-  EXPECT_GT(wrong_flat, rounds / 100);
+  EXPECT_GT(wrong, 200);
+  EXPECT_GT(wrong_flat, 20);
+}
+
+// The greatest error that a climb from random points finds: close to the bound of the proof, 8 and
+// 4 units, and never above the filter's constant.
+TEST(OrientFilter, BoundIsTight) {
+  const auto climb = [](auto&& error, double limit) {
+    Random random(1);
+    double worst = 0;
+    for (int start = 0; start < 12; ++start) {
+      FourPoints points = tests::draw_points(random, PointKind::random);
+      double here = error(points);
+      for (int step = 0; step < 6000; ++step) {
+        FourPoints next = points;
+        double& x = coordinate(next[random.below(4)], static_cast<int>(random.below(3)));
+        switch (random.below(4)) {
+          case 0:
+            x = tests::unit_double(random);
+            break;
+          case 1:
+            x += std::ldexp(tests::unit_double(random), -random.between(0, 52));
+            break;
+          case 2:
+            x = tests::nudged(x, random);
+            break;
+          default:
+            x = std::ldexp(x, random.between(-1, 1));
+            break;
+        }
+        const double there = error(next);
+        if (there > limit) {
+          ADD_FAILURE() << there << " for " << to_text(next);
+          return worst;
+        }
+        if (there < here) continue;
+        here = there;
+        points = next;
+      }
+      worst = std::max(worst, here);
+    }
+    return worst;
+  };
+  EXPECT_GT(climb(relative_error3d, orient3d_relative_error * 0x1p53), 5.5);
+  EXPECT_GT(climb(relative_error2d, orient2d_relative_error * 0x1p53), 3.5);
 }
 
 // The filter decides nearly all random floats and doubles.
@@ -246,14 +327,7 @@ TEST(OrientFilter, FloatsNeedNoUnderflowTerm) {
           q.z *= 0x1p-149;
         }
       }
-      const double x1 = p[1].x - p[0].x, y1 = p[1].y - p[0].y, z1 = p[1].z - p[0].z;
-      const double x2 = p[2].x - p[0].x, y2 = p[2].y - p[0].y, z2 = p[2].z - p[0].z;
-      const double x3 = p[3].x - p[0].x, y3 = p[3].y - p[0].y, z3 = p[3].z - p[0].z;
-      const double determinant =
-          z1 * (x2 * y3 - x3 * y2) + z2 * (x3 * y1 - x1 * y3) + z3 * (x1 * y2 - x2 * y1);
-      const double permanent = std::fabs(z1) * (std::fabs(x2 * y3) + std::fabs(x3 * y2)) +
-                               std::fabs(z2) * (std::fabs(x3 * y1) + std::fabs(x1 * y3)) +
-                               std::fabs(z3) * (std::fabs(x1 * y2) + std::fabs(x2 * y1));
+      const auto [determinant, permanent] = estimate3d(p);
       const double bound = orient3d_relative_error * permanent;
       const int filter = determinant > bound    ? 1
                          : determinant < -bound ? -1

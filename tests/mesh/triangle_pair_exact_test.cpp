@@ -18,9 +18,7 @@
 namespace throng::tests {
 namespace {
 
-mesh::TrianglePoints points_of(const std::array<DoubleVec3, 3>& t) {
-  return {{t[0], t[1], t[2]}};
-}
+mesh::TrianglePoints points_of(const std::array<DoubleVec3, 3>& t) { return {{t[0], t[1], t[2]}}; }
 
 std::vector<Pair> exact_pairs(const SmallMesh& mesh) {
   std::vector<Pair> pairs;
@@ -74,8 +72,8 @@ TEST_P(Kinds, TheSearchFindsThePairsOfRationalNumbers) {
 }
 
 std::string name_of(const testing::TestParamInfo<MeshKind>& info) {
-  static constexpr const char* names[] = {"random",  "small_grid",      "grid",     "flat",
-                                          "line",    "nudged_grid",     "slivers",  "far_from_origin",
+  static constexpr const char* names[] = {"random",   "small_grid",  "grid",    "flat",
+                                          "line",     "nudged_grid", "slivers", "far_from_origin",
                                           "denormal", "huge"};
   return names[static_cast<int>(info.param)];
 }
@@ -113,8 +111,7 @@ TEST(PlaneFilter, ADecisionIsExact) {
         if (meet != mesh::Decision::unsure) {
           ASSERT_EQ(meet == mesh::Decision::yes, mesh::triangles_meet(pa, pb));
         }
-        const mesh::Decision vertex =
-            mesh::decide_beyond_vertex(a[0], a[1], a[2], b[1], b[2]);
+        const mesh::Decision vertex = mesh::decide_beyond_vertex(a[0], a[1], a[2], b[1], b[2]);
         if (vertex != mesh::Decision::unsure) {
           ASSERT_EQ(vertex == mesh::Decision::yes,
                     mesh::meet_beyond_vertex(a[0], a[1], a[2], b[1], b[2]));
