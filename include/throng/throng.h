@@ -1,4 +1,5 @@
-/* throng.h: the C API. Finds all pairs of overlapping boxes, for C and for languages that call C.
+/* throng.h: the C API. Finds all pairs of overlapping boxes and of intersecting triangles, for C
+ * and for languages that call C.
  *
  * Plain structs and opaque handles. Every call returns a status; the handle's result holds the
  * error message with the number and the fix. The library never prints and throws nothing. Thread
@@ -18,7 +19,7 @@
 #include <throng/export.h>
 
 /* Incremented when a struct gains a field at its end, or a function is added. */
-#define THRONG_C_VERSION 7
+#define THRONG_C_VERSION 8
 
 #ifdef __cplusplus
 extern "C" {
@@ -137,6 +138,8 @@ typedef struct throng_result {
   unsigned threads;
   uint64_t visited; /* cells, columns, records and tree nodes visited, in addition to comparisons; 0
                        on a GPU and with THRONG_BACKEND_EMULATED */
+  uint64_t candidates;  /* meshes: pairs of triangles whose boxes overlap, each tested once */
+  uint64_t exact_tests; /* meshes: candidates that floating-point arithmetic could not decide */
 } throng_result;
 
 /* Finds pairs and keeps its workspace from frame to frame. A call on a NULL handle, which a failed
@@ -358,6 +361,86 @@ THRONG_API throng_box throng_round_outward(const double* lower, const double* up
 /* Returns the smallest float box that contains [center - half_size, center + half_size]; three
  * floats each. */
 THRONG_API throng_box throng_box_from_center(const float* center, const float* half_size);
+
+/* Vertices: three coordinates each, floats or doubles. */
+typedef struct throng_vertices {
+  size_t count;
+  const float* floats;   /* the first vertex; NULL: doubles are given */
+  const double* doubles; /* the same; NULL: floats are given */
+  size_t stride_bytes; /* from one vertex to the next, a multiple of the size of one coordinate; 0:
+                          contiguous */
+} throng_vertices;
+
+/* Triangles or edges: three or two indices of vertices each, counted from 0. */
+typedef struct throng_elements {
+  size_t count;
+  const uint32_t* indices; /* those of the first element */
+  size_t stride_bytes;     /* from one element to the next, a multiple of 4; 0: contiguous */
+} throng_elements;
+
+/* A triangle mesh. Triangles are closed sets of points; without area they are the segments or
+ * points that they are. Vertices that no triangle uses may have any value. */
+typedef struct throng_mesh {
+  throng_vertices vertices;
+  throng_elements triangles;
+  /* NULL: none. 12 numbers, three rows of four: a vertex p is moved to (row . (p, 1)) before
+   * the search, in doubles; the result is exact for the rounded vertices. */
+  const double* transform;
+  throng_strided group, mask, owner, world, is_static; /* per triangle; see throng_boxes */
+} throng_mesh;
+
+/* Views of contiguous arrays, without a transform and filters. `triangles` are three indices each.
+ */
+THRONG_API throng_mesh throng_mesh_packed(const float* vertices, size_t vertex_count,
+                                          const uint32_t* triangles, size_t triangle_count);
+THRONG_API throng_mesh throng_mesh_packed_doubles(const double* vertices, size_t vertex_count,
+                                                  const uint32_t* triangles, size_t triangle_count);
+
+/* Finds pairs of intersecting triangles, exactly, and keeps its memory from call to call. In one
+ * mesh, two triangles form a pair if they have a common point outside of the convex hull of the
+ * vertices that they share by index: without a shared vertex, any common point; with one, more than
+ * this vertex; with two, more than this edge; with three, always. In two meshes, any common point.
+ * Errors: THRONG_BAD_MESH, with first_invalid, the index of a triangle, and invalid_count. The
+ * options nan and inverted are not used; margin must be 0. */
+typedef struct throng_mesh_finder throng_mesh_finder;
+
+/* As throng_finder_create and throng_finder_destroy. */
+THRONG_API throng_mesh_finder* throng_mesh_finder_create(const throng_options* options);
+THRONG_API void throng_mesh_finder_destroy(throng_mesh_finder* finder);
+
+/* Here and below: `b` NULL: pairs within `a`, first < second; else of a triangle of `a` and one of
+ * `b`. The forms are those of throng_find, throng_find_into and throng_consume. */
+THRONG_API throng_status throng_mesh_finder_find(throng_mesh_finder* finder, const throng_mesh* a,
+                                                 const throng_mesh* b);
+THRONG_API throng_status throng_mesh_finder_find_into(throng_mesh_finder* finder,
+                                                      const throng_mesh* a, const throng_mesh* b,
+                                                      throng_pair* out, size_t capacity);
+THRONG_API throng_status throng_mesh_finder_consume(
+    throng_mesh_finder* finder, const throng_mesh* a, const throng_mesh* b,
+    int (*consumer)(void* context, const throng_pair* pairs, size_t count), void* context);
+
+/* Finds pairs of triangles at most `distance` apart, >= 0. In one mesh only triangles without a
+ * shared vertex. Every pair within the distance is found; a pair that is farther apart by less than
+ * one part in 10^12 may be found. */
+THRONG_API throng_status throng_mesh_finder_find_within(throng_mesh_finder* finder,
+                                                        const throng_mesh* a, const throng_mesh* b,
+                                                        double distance);
+THRONG_API throng_status throng_mesh_finder_find_within_into(throng_mesh_finder* finder,
+                                                             const throng_mesh* a,
+                                                             const throng_mesh* b, double distance,
+                                                             throng_pair* out, size_t capacity);
+THRONG_API throng_status throng_mesh_finder_consume_within(
+    throng_mesh_finder* finder, const throng_mesh* a, const throng_mesh* b, double distance,
+    int (*consumer)(void* context, const throng_pair* pairs, size_t count), void* context);
+
+/* The pairs of the last call that stored them in the finder. */
+THRONG_API const throng_pair* throng_mesh_finder_pairs(const throng_mesh_finder* finder,
+                                                       size_t* count);
+
+/* The result of the last call, valid until the next. */
+THRONG_API const throng_result* throng_mesh_finder_result(const throng_mesh_finder* finder);
+THRONG_API void throng_mesh_finder_stop(throng_mesh_finder* finder); /* as throng_finder_stop */
+THRONG_API size_t throng_mesh_finder_memory_bytes(const throng_mesh_finder* finder);
 
 /* Returns a name such as "NaN box"; "unknown" for an invalid status. */
 THRONG_API const char* throng_status_text(throng_status status);

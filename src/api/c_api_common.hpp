@@ -12,6 +12,7 @@
 #include <type_traits>
 
 #include <throng/boxes.hpp>
+#include <throng/mesh.hpp>
 #include <throng/options.hpp>
 
 namespace throng::c_api {
@@ -21,6 +22,18 @@ Strided<T> strided(const throng_strided& s, std::size_t count) noexcept {
   if (!s.data) return {};
   const std::size_t stride = s.stride_bytes == 0 ? sizeof(T) : s.stride_bytes;
   return {static_cast<const T*>(s.data), count, stride};
+}
+
+// The filters of throng_boxes, throng_double_boxes or throng_mesh, with `count` values each.
+template <class C>
+Filters filters_of(const C& c, std::size_t count) noexcept {
+  Filters filters;
+  filters.group = strided<std::uint32_t>(c.group, count);
+  filters.mask = strided<std::uint32_t>(c.mask, count);
+  filters.owner = strided<std::int32_t>(c.owner, count);
+  filters.world = strided<std::int32_t>(c.world, count);
+  filters.is_static = strided<std::uint8_t>(c.is_static, count);
+  return filters;
 }
 
 // The stride of contiguous boxes: the number of values that are stored together.
@@ -46,11 +59,7 @@ AnyBoxes view_as(const C& c) noexcept {
   AnyBoxes boxes = packed ? AnyBoxes(reinterpret_cast<const Box*>(c.corner[0]), c.count, stride)
                           : AnyBoxes::arrays(c.corner[0], c.corner[1], c.corner[2], c.corner[3],
                                              c.corner[4], c.corner[5], c.count, stride);
-  boxes.filters.group = strided<std::uint32_t>(c.group, c.count);
-  boxes.filters.mask = strided<std::uint32_t>(c.mask, c.count);
-  boxes.filters.owner = strided<std::int32_t>(c.owner, c.count);
-  boxes.filters.world = strided<std::int32_t>(c.world, c.count);
-  boxes.filters.is_static = strided<std::uint8_t>(c.is_static, c.count);
+  boxes.filters = filters_of(c, c.count);
   return boxes;
 }
 inline Boxes view(const throng_boxes& c) noexcept { return view_as<Boxes>(c); }
@@ -128,20 +137,21 @@ class Handle {
   const throng_result& result() const noexcept { return result_; }
   void stop() noexcept { stop_ = true; }
 
-  // Runs call(), which returns a Result of the C++ API, if the options are valid, and stores the
-  // result. `missing`: the name of a required argument that is NULL, or null.
+  // Runs call(), which returns a Result or MeshResult of the C++ API, if the options are valid, and
+  // stores the result. `missing`: the name of a required argument that is NULL, or null.
   template <class Call>
   throng_status run_call(const char* missing, const Call& call) noexcept {
     // The stored result belongs to the other call.
     if (in_call_.exchange(true, std::memory_order_acquire)) return THRONG_BUSY;
     const CallGuard call_guard{in_call_};
     stop_ = false;
+    result_.candidates = result_.exact_tests = 0;
     if (invalid_option_ || missing) {
       last_ = Result();
       refuse(missing);
     } else {
       try {
-        last_ = call();
+        store(call());
       } catch (...) {  // thrown by the consumer, if it is C++
         last_ = Result();
         last_.status = Status::stopped;
@@ -175,6 +185,12 @@ class Handle {
     std::atomic<bool>& in_call;
     ~CallGuard() { in_call.store(false, std::memory_order_release); }
   };
+  void store(const Result& r) noexcept { last_ = r; }
+  void store(const MeshResult& r) noexcept {
+    last_ = r;
+    result_.candidates = r.candidates;
+    result_.exact_tests = r.exact_tests;
+  }
   void refuse(const char* missing) noexcept {
     if (invalid_option_) {
       last_.status = Status::bad_option;
@@ -196,15 +212,18 @@ class Handle {
   const char* invalid_option_ = nullptr;  // the name of an invalid option
   int invalid_value_ = 0;
   Result last_;
-  throng_result result_{THRONG_OK, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, "", "", 0, 0, 0, 0, 0};
+  throng_result result_{THRONG_OK, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, "", "", 0, 0, 0, 0, 0, 0, 0};
 };
 
 // The result for an argument value that the C++ types cannot represent.
-inline Result bad_option(const char* message) noexcept {
+inline Result refused(Status status, const char* message) noexcept {
   Result r;
-  r.status = Status::bad_option;
+  r.status = status;
   std::snprintf(r.message, sizeof r.message, "%s", message);
   return r;
+}
+inline Result bad_option(const char* message) noexcept {
+  return refused(Status::bad_option, message);
 }
 
 // Runs call() on a handle that may be NULL; `given`: the required argument `name` is not NULL.
@@ -230,6 +249,8 @@ inline const throng_result* result_of(const Handle* handle) noexcept {
       0,
       "",
       "there is no handle (NULL): there was no memory to create one",
+      0,
+      0,
       0,
       0,
       0,
