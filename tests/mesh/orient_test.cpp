@@ -269,30 +269,39 @@ TEST(OrientFilter, UnderflowOfTwoFactors) {
   EXPECT_EQ(orient3d_sign(p), 1);
 }
 
-// Three products, +1.4, +1.4 and -2.6 times the least double: they round to 1, 1 and -3 times it.
+// Three products, 1.4, 1.4 and -2.6 times the least double, round to 1, 1 and -3 times it.
 TEST(OrientFilter, UnderflowOfThreeFactors) {
-  // Unit vectors of x and y in turn: each z is multiplied by a minor of -1, 1 or 0.
-  const double scale = std::ldexp(1.0, -537);
-  const double z = std::ldexp(1.0, -537);
-  // det = z1 (x2 y3 - x3 y2) + z2 (x3 y1 - x1 y3) + z3 (x1 y2 - x2 y1), (x, y) of row 1 = (-1, -1).
-  const FourPoints p{
-      {{0, 0, 0}, {-1 * scale, -1, 1.4 * z}, {1 * scale, 0, 1.4 * z}, {0, 1, -2.6 * z}}};
-  EXPECT_NE(orient3d_wide_sign(p), 0);
-  const int filter = orient3d_filter(p);
-  EXPECT_TRUE(filter == uncertain || filter == orient3d_wide_sign(p));
-  EXPECT_EQ(orient3d_sign(p), orient3d_wide_sign(p));
+  constexpr double s = 0x1p-537;
+  // The minors of x and y are s, s and s.
+  const FourPoints p{{{0, 0, 0}, {s, 0, -2.6 * s}, {-s, 1, 1.4 * s}, {0, -1, 1.4 * s}}};
+  const Estimate estimate = estimate3d(p);
+  EXPECT_LT(estimate.determinant, -orient3d_relative_error * estimate.permanent);
+  EXPECT_EQ(orient3d_wide_sign(p), 1);
+  EXPECT_EQ(orient3d_filter(p), uncertain);
+  EXPECT_EQ(orient3d_sign(p), 1);
 }
 
-// Two products, 1.4 and 1.3 times the least double, in the plane.
+// In the plane. x1 is a quarter of a unit below 1.5 and rounds up to it, so that x1 y2 rounds to 2
+// times the least double; x2 rounds down, and y1 x2 to 1 times it, though it exceeds x1 y2 for
+// some.
 TEST(OrientFilter, UnderflowInThePlane) {
-  const double x = std::ldexp(1.0, -537);
-  for (const double left : {0.4, 0.6, 1.3, 1.4, 1.6})
-    for (const double right : {0.4, 0.6, 1.3, 1.4, 1.6}) {
-      const int expected = (left > right) - (left < right);
-      const int filter = orient2d_filter(0, 0, left * x, x, right * x, x);
-      EXPECT_TRUE(filter == uncertain || filter == expected) << left << " " << right;
-      EXPECT_EQ(orient2d_sign(0, 0, left * x, x, right * x, x), expected);
-    }
+  Random random(12);
+  constexpr double s = 0x1p-537, unit = 0x1p-52 * s;
+  int wrong = 0;
+  for (int n = 0; n < 4000; ++n) {
+    const double by = 0.5 * s + random.between(0, 1 << 20) * unit;
+    const FourPoints p{
+        {{-0.75 * unit, 0, 0}, {1.5 * s - unit, by, 0}, {1.5 * s / by * s, s, 0}, {}}};
+    const int expected = orient2d_wide_sign(p[0].x, p[0].y, p[1].x, p[1].y, p[2].x, p[2].y);
+    const Estimate estimate = estimate2d(p);
+    const double bound = orient2d_relative_error * estimate.permanent;
+    wrong += (estimate.determinant > bound && expected != 1) ||
+             (estimate.determinant < -bound && expected != -1);
+    const int filter = orient2d_filter(p[0].x, p[0].y, p[1].x, p[1].y, p[2].x, p[2].y);
+    ASSERT_TRUE(filter == uncertain || filter == expected) << to_text(p);
+    ASSERT_EQ(orient2d_sign(p[0].x, p[0].y, p[1].x, p[1].y, p[2].x, p[2].y), expected);
+  }
+  EXPECT_GT(wrong, 20);
 }
 
 // Differences and products beyond the largest double.

@@ -150,16 +150,25 @@ class OrientSoak {
   std::uint32_t nudged_axis_ = 0;
 };
 
+constexpr std::uint64_t progress_signs = 100'000'000;
+
 int run(std::uint64_t signs, std::uint64_t seed) {
   OrientSoak soak(seed);
   std::uint64_t rounds = 0;
   const auto number = [](std::uint64_t x) { return static_cast<unsigned long long>(x); };
-  for (; soak.counts().signs < signs; ++rounds)
+  std::uint64_t next_report = progress_signs;
+  for (; soak.counts().signs < signs; ++rounds) {
+    if (soak.counts().signs >= next_report) {
+      std::printf("%llu signs\n", number(soak.counts().signs));
+      std::fflush(stdout);
+      next_report += progress_signs;
+    }
     if (!soak.round()) {
       std::printf("DIFFERENCE in round %llu, seed %llu: %s\n", number(rounds), number(seed),
                   to_text(soak.points()).c_str());
       return 1;
     }
+  }
   const Counts& c = soak.counts();
   std::printf(
       "%llu signs of %llu sets of points: %llu coplanar, %llu uncertain to the filter, %llu with "
