@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -30,6 +31,22 @@ class Drawing {
         "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\" "
         "fill-opacity=\"{:.2f}\" stroke=\"{}\" stroke-width=\"1.5\"/>\n",
         x, y, width, height, colour, opacity, colour);
+  }
+  // Without a border.
+  void cell(double x, double y, double width, double height, const char* colour) {
+    text_ += fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"/>\n", x, y,
+        width, height, colour);
+  }
+  struct Point {
+    double x, y;
+  };
+  void polygon(const std::vector<Point>& points, const char* colour, double opacity) {
+    text_ += "<polygon points=\"";
+    for (const Point& p : points) text_ += fmt::format("{:.1f},{:.1f} ", p.x, p.y);
+    text_ +=
+        fmt::format("\" fill=\"{}\" fill-opacity=\"{:.2f}\" stroke=\"{}\" stroke-width=\"1.5\"/>\n",
+                    colour, opacity, colour);
   }
   void line(double x1, double y1, double x2, double y2, const char* colour, bool dashed = false) {
     text_ += fmt::format(

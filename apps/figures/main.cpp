@@ -11,6 +11,7 @@
 
 #include "apps/figures/animation.hpp"
 #include "apps/figures/drawing.hpp"
+#include "apps/figures/meshes.hpp"
 #include "apps/figures/motion.hpp"
 #include "apps/report/page.hpp"
 
@@ -240,6 +241,12 @@ int run(const std::string& folder) {
   write("owner_cell.svg", owner_cell());
   write("persistent_objects.svg", persistent_objects());
   write("moving.svg", moving());
+  write("mesh_side.svg", mesh_side());
+  write("mesh_share_none.svg", mesh_share_none());
+  write("mesh_share_one.svg", mesh_share_one());
+  write("mesh_share_two.svg", mesh_share_two());
+  write("mesh_share_three.svg", mesh_share_three());
+  write("mesh_stages.svg", mesh_stages());
   return 0;
 }
 
