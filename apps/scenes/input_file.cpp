@@ -21,24 +21,32 @@ bool seek_to(std::FILE* file, std::uint64_t offset) noexcept {
 #endif
 }
 
-InputFile::InputFile(const std::string& path) : name_(path) {
+std::unique_ptr<std::FILE, FileCloser> open_regular_file(const std::string& path,
+                                                         const std::string& kind,
+                                                         std::uint64_t& size) {
   namespace fs = std::filesystem;
+  const std::string wanted = "a readable " + kind + " file";
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) {
-    throw_file_error(path, error ? "no file (" + error.message() + ")" : "no file",
-                     "a readable .npy file");
+    throw_file_error(path, error ? "no file (" + error.message() + ")" : "no file", wanted);
   }
-  if (fs::is_directory(status)) throw_file_error(path, "a directory", "a .npy file");
+  if (fs::is_directory(status)) throw_file_error(path, "a directory", "a " + kind + " file");
   if (!fs::is_regular_file(status)) {
-    throw_file_error(path, "a device or a pipe", "a regular .npy file");
+    throw_file_error(path, "a device or a pipe", "a regular " + kind + " file");
   }
-  const std::uint64_t size = fs::file_size(path, error);
-  if (error) throw_file_error(path, error.message(), "a readable .npy file");
+  size = fs::file_size(path, error);
+  if (error) throw_file_error(path, error.message(), wanted);
   errno = 0;
-  file_.reset(std::fopen(path.c_str(), "rb"));
-  if (!file_) throw_file_error(path, std::strerror(errno), "a readable .npy file");
-  std::setvbuf(file_.get(), nullptr, _IONBF, 0);  // readers use whole blocks
+  std::unique_ptr<std::FILE, FileCloser> file(std::fopen(path.c_str(), "rb"));
+  if (!file) throw_file_error(path, std::strerror(errno), wanted);
+  std::setvbuf(file.get(), nullptr, _IONBF, 0);  // readers use whole blocks
+  return file;
+}
+
+InputFile::InputFile(const std::string& path) : name_(path) {
+  std::uint64_t size = 0;
+  file_ = open_regular_file(path, ".npy", size);
 
   unsigned char prefix[12];
   const std::size_t start = std::min<std::uint64_t>(sizeof prefix, size);

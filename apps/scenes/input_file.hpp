@@ -18,6 +18,12 @@ struct FileCloser {
   void operator()(std::FILE* f) const noexcept { std::fclose(f); }
 };
 
+// A regular file of any kind, unbuffered, and its size; `kind` is for messages, such as ".npy".
+// FileError if there is none.
+std::unique_ptr<std::FILE, FileCloser> open_regular_file(const std::string& path,
+                                                         const std::string& kind,
+                                                         std::uint64_t& size);
+
 // The bytes of a .npy file, header included.
 class NpyBytes {
  public:
