@@ -1,6 +1,7 @@
 // Stateless random numbers from (seed, i, k).
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -50,6 +51,33 @@ inline double portable_exp2(double x) noexcept {
   double sum = 1;
   for (int k = 11; k >= 0; --k) sum = 1 + t * inverse[k] * sum;
   return sum * static_cast<double>(std::uint64_t{1} << octave);
+}
+
+struct SineCosine {
+  double sine, cosine;
+};
+
+// Of an angle in turns, by their series: independent of the math library's rounding. Good to 1e-14.
+inline SineCosine portable_sine_cosine(double turns) noexcept {
+  turns -= std::floor(turns);
+  const double quarters = std::floor(4 * turns + 0.5);
+  const double x = (turns - quarters / 4) * 6.283185307179586, y = x * x;
+  double sine = 0, cosine = 0;
+  for (int k = 8; k >= 0; --k) {
+    sine = 1 - y / ((2 * k + 2) * (2 * k + 3)) * (k == 8 ? 1.0 : sine);
+    cosine = 1 - y / ((2 * k + 1) * (2 * k + 2)) * (k == 8 ? 1.0 : cosine);
+  }
+  sine *= x;
+  switch (static_cast<int>(quarters) % 4) {
+    case 0:
+      return {sine, cosine};
+    case 1:
+      return {cosine, -sine};
+    case 2:
+      return {-sine, -cosine};
+    default:
+      return {-cosine, sine};
+  }
 }
 
 inline double cube_root(double x) noexcept {
