@@ -5,8 +5,8 @@
 //
 // An expansion is nonadjacent if between two terms there is also at least one bit that belongs to
 // neither. Theorems of the paper, for doubles rounded to nearest with ties to even:
-//   two_sum, two_difference, two_product: two nonadjacent terms (5, 7, 18).
-//   add_terms keeps nonadjacent expansions nonadjacent (10, 12).
+//   two_sum, two_difference, two_product return two nonadjacent terms.
+//   add_terms keeps nonadjacent expansions nonadjacent (theorem 10, term by term).
 //   scaled keeps nonadjacent expansions nonadjacent (19).
 //   merged sums strongly nonoverlapping expansions, and nonadjacent ones are that; so is the
 //   result (13).
@@ -118,8 +118,7 @@ THRONG_HD inline Expansion<2 * N> scaled(const Expansion<N>& e, double factor) n
   return result;
 }
 
-// e + f, O(N M); for short expansions that are scaled later. Expansion-Sum: the terms of f are
-// added one by one, each from the least term on that it can change.
+// e + f, O(N M); for short expansions that are scaled later. Grow-Expansion for each term of f.
 template <int N, int M>
 THRONG_HD inline Expansion<N + M> add_terms(const Expansion<N>& e, const Expansion<M>& f) noexcept {
   Expansion<N + M> result;

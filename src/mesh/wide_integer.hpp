@@ -1,5 +1,5 @@
-// Fixed-point numbers that hold every finite double: integers times 2^-1074. Slow: some ten
-// microseconds per predicate. For coordinates too large or too small for expansions.
+// Fixed-point numbers that hold every finite double: integers times 2^-1074. Slow: about ten
+// times the time of expansions. For coordinates too large or too small for those.
 #pragma once
 
 #include <bit>
