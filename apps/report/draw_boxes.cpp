@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
 #include <vector>
 
 #include "apps/report/colour.hpp"
+#include "apps/report/lighting.hpp"
 #include "apps/report/view.hpp"
 #include "apps/report/write_png.hpp"
 
@@ -16,19 +16,6 @@ namespace {
 
 constexpr int shadow_size = 3072;
 constexpr std::uint32_t ground_id = 0xfffffffeu;
-
-template <class F>
-void on_rows(int rows, const F& f) {
-  const int parts =
-      static_cast<int>(std::min(16u, std::max(1u, std::thread::hardware_concurrency())));
-  std::vector<std::thread> threads;
-  for (int p = 1; p < parts; ++p)
-    threads.emplace_back([&, p] {
-      for (int y = rows * p / parts; y < rows * (p + 1) / parts; ++y) f(y);
-    });
-  for (int y = 0; y < rows / parts; ++y) f(y);
-  for (auto& t : threads) t.join();
-}
 
 class Painter {
  public:
@@ -42,22 +29,21 @@ class Painter {
                       shadow_size)),
         canvas_(2 * width_, 2 * height_),
         shadow_(shadow_size, shadow_size),
-        occlusion_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {
+        backdrop_(style.dark, canvas_) {
     scale_values();
   }
 
   Image paint() {
     draw_faces();
-    find_occlusion();
+    const auto normal_at = [this](int x, int y) { return face_normal(canvas_.tag(x, y) & 7); };
+    occlusion_ =
+        find_occlusion(canvas_, view_, 3.0f * view_.typical_size, normal_at,
+                       [](std::uint64_t a, std::uint64_t b) { return (a & 7) == (b & 7); });
     Image image{width_, height_, std::vector<std::uint32_t>(occlusion_.size())};
     on_rows(height_, [&](int y) {
       for (int x = 0; x < width_; ++x) {
-        Vector sum;
-        for (int k = 0; k < 4; ++k) sum = sum + shade_sample(2 * x + k % 2, 2 * y + k / 2);
-        const auto byte = [](float v) {
-          return static_cast<std::uint32_t>(std::lround(255 * to_screen(v / 4)));
-        };
-        image.pixels[index(x, y)] = byte(sum.x) << 16 | byte(sum.y) << 8 | byte(sum.z);
+        image.pixels[index(x, y)] =
+            pixel_of(x, y, [this](int sx, int sy) { return shade_sample(sx, sy); });
       }
     });
     return image;
@@ -112,115 +98,26 @@ class Painter {
     const Vector size = view_.high - view_.low;
     reach_ = 0.95f * std::max({size.x, size.y, size.z * 0.8f, view_.typical_size});
     middle_ = blend(view_.low, view_.high, 0.5f);
-    const Box floor{{middle_.x - reach_, middle_.y - reach_, view_.ground},
-                    {middle_.x + reach_, middle_.y + reach_, view_.ground}};
-    face_corners(floor, 5, c);
-    bool visible = !view_.shown.empty();
-    for (int k = 0; k < 4; ++k) {
-      q[k] = view_.project(c[k]);
-      visible = visible && q[k].nearness > 0;
+    if (!view_.shown.empty()) {
+      draw_floor(canvas_, view_, middle_, reach_, view_.ground, ground_id);
     }
-    if (visible) canvas_.quad(q, ground_id, 5);
-  }
-
-  Vector position(int x, int y, float nearness) const {
-    return view_.unproject(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, nearness);
-  }
-
-  // Ambient occlusion: sixteen samples per pixel on a spiral, rotated in a pattern of 4 x 4 pixels
-  // that the averaging removes.
-  void find_occlusion() {
-    std::vector<float> raw_occlusion(occlusion_.size());
-    const float radius = 3.0f * view_.typical_size;
-    on_rows(height_, [&](int y) {
-      for (int x = 0; x < width_; ++x) {
-        const int px = 2 * x, py = 2 * y;
-        const std::uint64_t tag = canvas_.tag(px, py);
-        raw_occlusion[index(x, y)] = 0;
-        if (tag == Canvas::empty_tag) continue;
-        const float near = canvas_.nearness(px, py);
-        const Vector p = position(px, py, near), normal = face_normal(tag & 7);
-        const float reach = std::min(std::max(radius * near * view_.focal, 8.0f), 220.0f);
-        float hidden = 0;
-        for (int k = 0; k < 16; ++k) {
-          const float r = reach * (static_cast<float>(k) + 0.5f) / 16;
-          const float turn = 2.3999632f * static_cast<float>(k) +
-                             0.3926991f * static_cast<float>((x & 3) * 4 + (y & 3));
-          const int sx = px + static_cast<int>(r * std::cos(turn)),
-                    sy = py + static_cast<int>(r * std::sin(turn));
-          if (sx < 0 || sy < 0 || sx >= canvas_.width() || sy >= canvas_.height()) continue;
-          if (canvas_.tag(sx, sy) == Canvas::empty_tag) continue;
-          const Vector d = position(sx, sy, canvas_.nearness(sx, sy)) - p;
-          const float squared = dot(d, d) + 1e-20f;
-          const float cosine = dot(d, normal) / std::sqrt(squared);
-          if (cosine > 0.08f) hidden += cosine / (1 + squared / (radius * radius));
-        }
-        raw_occlusion[index(x, y)] = hidden / 16;
-      }
-    });
-    on_rows(height_, [&](int y) {
-      for (int x = 0; x < width_; ++x) {
-        const std::uint64_t tag = canvas_.tag(2 * x, 2 * y);
-        float sum = 0, weight = 1e-6f;
-        for (int dy = -2; dy < 2; ++dy)
-          for (int dx = -2; dx < 2; ++dx) {
-            const int sx = x + dx, sy = y + dy;
-            if (sx < 0 || sy < 0 || sx >= width_ || sy >= height_) continue;
-            const float w = (canvas_.tag(2 * sx, 2 * sy) & 7) == (tag & 7) ? 1.0f : 0.05f;
-            sum += w * raw_occlusion[index(sx, sy)];
-            weight += w;
-          }
-        occlusion_[index(x, y)] = sum / weight;
-      }
-    });
-  }
-
-  // 1 in the sun, 0 in the shade; between along the edge of a shadow.
-  float sunlight(Vector p, Vector normal) const {
-    const float bias = 1.6f / view_.sun_scale + 0.02f * view_.typical_size;
-    const Corner c = view_.project_to_sun(p + normal * bias);
-    float lit = 0;
-    for (int k = 0; k < 9; ++k) {
-      const int x = static_cast<int>(std::floor(c.x + static_cast<float>(k % 3 - 1)));
-      const int y = static_cast<int>(std::floor(c.y + static_cast<float>(k / 3 - 1)));
-      if (x < 0 || y < 0 || x >= shadow_size || y >= shadow_size ||
-          c.nearness + bias >= shadow_.nearness(x, y))
-        lit += 1;
-    }
-    return lit / 9;
-  }
-
-  Vector background(int x, int y) const {
-    const float fx = (static_cast<float>(x) / static_cast<float>(canvas_.width()) - 0.5f);
-    const float fy = (static_cast<float>(y) / static_cast<float>(canvas_.height()) - 0.5f);
-    const float edge = std::min(1.0f, 1.6f * (fx * fx + fy * fy));
-    // A little noise: the screen's 256 steps would show as rings.
-    const auto hash = (static_cast<std::uint32_t>(x) * 0x9e3779b1u ^
-                       static_cast<std::uint32_t>(y) * 0x85ebca77u) *
-                      0xc2b2ae3du;
-    const float noise =
-        (static_cast<float>(hash >> 16) / 65536 - 0.5f) * (style_.dark ? 0.05f : 0.01f);
-    return blend(inner_, outer_, edge) * (1 + noise);
   }
 
   Vector shade_sample(int x, int y) const {
     const std::uint64_t tag = canvas_.tag(x, y);
-    const Vector behind = background(x, y);
+    const Vector behind = backdrop_.at(x, y);
     if (tag == Canvas::empty_tag) return behind;
     const auto id = static_cast<std::uint32_t>(tag >> 3);
-    const Vector normal = face_normal(tag & 7), p = position(x, y, canvas_.nearness(x, y));
+    const Vector normal = face_normal(tag & 7),
+                 p = sample_position(view_, x, y, canvas_.nearness(x, y));
     const float hidden = occlusion_[index(x / 2, y / 2)];
     const float open = std::max(0.0f, 1 - 2.0f * hidden);
-    const float sun = std::max(0.0f, dot(normal, view_.sun)) * sunlight(p, normal);
+    const float bias = 1.6f / view_.sun_scale + 0.02f * view_.typical_size;
+    const float sun =
+        std::max(0.0f, dot(normal, view_.sun)) * sunlight(view_, shadow_, p, normal, bias);
     const float sky = (0.42f + 0.24f * normal.z) * open;
-    const Vector light =
-        Vector{1.0f, 0.95f, 0.86f} * (1.15f * sun) + Vector{0.82f, 0.92f, 1.06f} * sky;
-    if (id == ground_id) {
-      const float dx = (p.x - middle_.x) / reach_, dy = (p.y - middle_.y) / reach_;
-      const float far = std::min(1.0f, std::sqrt(dx * dx + dy * dy));
-      const float fade = (1 - far) * (1 - far) * (1 + 2 * far);  // smooth at both ends
-      return blend(behind, floor_ * light, fade);
-    }
+    const Vector light = light_of(sun, sky);
+    if (id == ground_id) return backdrop_.floor_at(p, middle_, reach_, light, behind);
     Vector colour = colour_map((value(id) - lowest_) / (highest_ - lowest_)) * light;
     // A thin line where another face begins, if boxes are large enough on screen.
     const float pixels = view_.typical_size * canvas_.nearness(x, y) * view_.focal;
@@ -236,11 +133,9 @@ class Painter {
   int width_, height_;
   View view_;
   Canvas canvas_, shadow_;
+  Backdrop backdrop_;
   std::vector<float> occlusion_;
   float lowest_ = 0, highest_ = 1, reach_ = 1;
-  const Vector inner_ = from_screen(style_.dark ? 0x1d2531 : 0xf8f7f3);
-  const Vector outer_ = from_screen(style_.dark ? 0x0b0f15 : 0xe3e2dc);
-  const Vector floor_ = from_screen(style_.dark ? 0x47515f : 0xe9e6de);
   Vector middle_;
 };
 

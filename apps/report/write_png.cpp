@@ -5,6 +5,7 @@
 #include <exception>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include <cairo.h>
 #include <fmt/format.h>
@@ -38,6 +39,14 @@ class TextPainter {
  public:
   TextPainter(cairo_t* pen, bool dark)
       : pen_(pen), font_(usable_font()), gray_(dark ? 0.93 : 0.12) {}
+
+  double width(const std::string& text, double size) {
+    cairo_select_font_face(pen_, font_, CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(pen_, size);
+    cairo_text_extents_t e;
+    cairo_text_extents(pen_, text.c_str(), &e);
+    return e.x_advance;
+  }
 
   // Anchored at x by `align`: 0 left, 0.5 middle, 1 right. y is the baseline.
   void put(const std::string& text, double x, double y, double size, double align = 0,
@@ -95,10 +104,27 @@ void legend(cairo_t* pen, TextPainter& text_painter, const Image& image, const P
   }
 }
 
-}  // namespace
+// From right to left, on the caption's line.
+void draw_keys(cairo_t* pen, TextPainter& text_painter, const Image& image,
+               const std::vector<ColourKey>& keys) {
+  const double unit = image.height / 1000.0, side = 17 * unit, y = image.height - 44 * unit;
+  double right = image.width - 48 * unit;
+  for (auto key = keys.rbegin(); key != keys.rend(); ++key) {
+    const double width = text_painter.width(key->text, 18 * unit);
+    text_painter.put(key->text, right - width, y, 18 * unit, 0, 0.8);
+    right -= width + 9 * unit + side;
+    const Vector c = key->colour;
+    cairo_set_source_rgb(pen, to_screen(c.x), to_screen(c.y), to_screen(c.z));
+    cairo_rectangle(pen, right, y - 14.5 * unit, side, side);
+    cairo_fill(pen);
+    right -= 30 * unit;
+  }
+}
 
-void write_png(const std::string& path, Image image, const PictureStyle& style, float lowest,
-               float highest) {
+// `draw_legend(pen, text painter, image)` draws what is not common.
+template <class DrawLegend>
+void write(const std::string& path, Image image, const PictureStyle& style,
+           const DrawLegend& draw_legend) {
   const Surface surface(cairo_image_surface_create_for_data(
       reinterpret_cast<unsigned char*>(image.pixels.data()), CAIRO_FORMAT_RGB24, image.width,
       image.height, image.width * 4));
@@ -109,7 +135,7 @@ void write_png(const std::string& path, Image image, const PictureStyle& style, 
     text_painter.put(style.title, 48 * unit, 74 * unit, 34 * unit, 0, 1, true);
   if (!style.caption.empty())
     text_painter.put(style.caption, 48 * unit, image.height - 44 * unit, 18 * unit, 0, 0.8);
-  legend(pen.get(), text_painter, image, style, lowest, highest);
+  draw_legend(pen.get(), text_painter, image);
   cairo_surface_flush(surface.get());
 
   scenes::OutputFile file(path);
@@ -135,6 +161,24 @@ void write_png(const std::string& path, Image image, const PictureStyle& style, 
     throw std::runtime_error("cannot draw the picture '" + path +
                              "': " + cairo_status_to_string(status));
   file.commit();
+}
+
+}  // namespace
+
+void write_png(const std::string& path, Image image, const PictureStyle& style, float lowest,
+               float highest) {
+  write(path, std::move(image), style,
+        [&](cairo_t* pen, TextPainter& text_painter, const Image& drawn) {
+          legend(pen, text_painter, drawn, style, lowest, highest);
+        });
+}
+
+void write_png(const std::string& path, Image image, const PictureStyle& style,
+               const std::vector<ColourKey>& keys) {
+  write(path, std::move(image), style,
+        [&](cairo_t* pen, TextPainter& text_painter, const Image& drawn) {
+          draw_keys(pen, text_painter, drawn, keys);
+        });
 }
 
 }  // namespace throng::report

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/report/draw_boxes.hpp"
+#include "apps/report/vector.hpp"
 
 namespace throng::report {
 
@@ -14,8 +15,17 @@ struct Image {
   std::vector<std::uint32_t> pixels;  // 0x00rrggbb, row by row
 };
 
+// A colour and what it shows.
+struct ColourKey {
+  Vector colour;
+  std::string text;
+};
+
 // The legend spans lowest .. highest. Throws std::runtime_error that names the file.
 void write_png(const std::string& path, Image image, const PictureStyle& style, float lowest,
                float highest);
+// The same with a square for each key instead of a scale.
+void write_png(const std::string& path, Image image, const PictureStyle& style,
+               const std::vector<ColourKey>& keys);
 
 }  // namespace throng::report

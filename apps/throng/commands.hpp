@@ -12,6 +12,7 @@ namespace throng::cli {
 using Run = std::function<int()>;  // returns the exit status
 
 Run add_pairs(CLI::App& program);
+Run add_mesh(CLI::App& program);
 Run add_scene(CLI::App& program);
 Run add_check(CLI::App& program);
 Run add_replay(CLI::App& program);

@@ -28,6 +28,7 @@ const char* help_text =
   throng demo
   throng scene uniform --objects 100K -o boxes.npy
   throng pairs boxes.npy
+  throng mesh model.obj --picture model.png
   mpirun -n 4 throng pairs --mpi boxes.npy
   throng check boxes.npy
 'throng COMMAND --help' lists the options of each.
@@ -105,6 +106,7 @@ int dispatch(int argc, char** argv) {
   std::vector<std::pair<std::string, Run>> runs;
   runs.emplace_back("demo", add_demo(app));
   runs.emplace_back("pairs", add_pairs(app));
+  runs.emplace_back("mesh", add_mesh(app));
   runs.emplace_back("scene", add_scene(app));
   runs.emplace_back("check", add_check(app));
   runs.emplace_back("replay", add_replay(app));

@@ -14,6 +14,7 @@
 
 #include "apps/report/canvas.hpp"
 #include "apps/report/colour.hpp"
+#include "apps/report/draw_mesh.hpp"
 
 namespace throng::report {
 namespace {
@@ -114,6 +115,53 @@ TEST(Picture, ReportsWriteErrors) {
   } catch (const std::runtime_error& e) {
     EXPECT_NE(std::string(e.what()).find("no_such_folder/a.png"), std::string::npos);
   }
+}
+
+// A square of two triangles that faces the viewer, and a mark for each.
+TEST(MeshPicture, MarkedTrianglesAreRed) {
+  const std::vector<Vec3> points = {{0, 0, 0}, {0, 1, 0}, {0, 1, 1}, {0, 0, 1}};
+  const std::vector<Triangle> triangles = {{0, 1, 2}, {0, 2, 3}};
+  const TriangleMesh mesh(points, triangles);
+  PictureStyle style = small();
+  style.dark = false;
+  style.azimuth = 0;
+  style.elevation = 0;
+  const auto count_red = [&](const std::vector<std::uint8_t>& marked, UpAxis up) {
+    draw_meshes("mesh_picture.png", {{mesh, marked.data(), ""}}, "marked", up, style);
+    int red = 0;
+    const Pixels p = look("mesh_picture.png");
+    for (const auto& [colour, count] : p.colours) {
+      if ((colour >> 16) > 3 * (colour >> 8 & 255) && (colour >> 16) > 100) red += count;
+    }
+    return red;
+  };
+  const int none = count_red({0, 0}, UpAxis::z), one = count_red({1, 0}, UpAxis::z),
+            both = count_red({1, 1}, UpAxis::z);
+  EXPECT_EQ(none, 0);
+  EXPECT_GT(one, 1000);
+  EXPECT_NEAR(both, 2 * one, 0.1 * one);
+  EXPECT_LT(count_red({1, 1}, UpAxis::x), 300) << "the square lies flat, seen edge on";
+  std::filesystem::remove("mesh_picture.png");
+}
+
+TEST(MeshPicture, TakesAnyCoordinates) {
+  const double inf = std::numeric_limits<double>::infinity(), most = 1.7e308;
+  const std::vector<std::vector<DoubleVec3>> cases = {
+      {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}},
+      {{-most, 0, 0}, {most, 0, 0}, {0, most, -most}},
+      {{5e-324, 0, 0}, {0, 5e-324, 0}, {0, 0, 0}},
+      {{1e15, 1e15, 0}, {1e15 + 1, 1e15, 0}, {1e15, 1e15 + 1, 0}},
+      {{inf, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+  };
+  for (const std::vector<DoubleVec3>& points : cases) {
+    const std::vector<Triangle> triangles = {{0, 1, 2}};
+    draw_meshes("mesh_picture.png", {{TriangleMesh(points, triangles), nullptr, "name"}}, "marked",
+                UpAxis::y, small());
+    EXPECT_GT(look("mesh_picture.png").colours.size(), 1u);
+  }
+  draw_meshes("mesh_picture.png", {}, "marked", UpAxis::y, small());
+  EXPECT_GT(look("mesh_picture.png").colours.size(), 1u);
+  std::filesystem::remove("mesh_picture.png");
 }
 
 TEST(Canvas, TheNearerFaceWinsInAnyOrder) {
