@@ -6,15 +6,7 @@
 #include "base/bounds.hpp"
 #include "base/threads.hpp"
 #include "grid/engine_call.hpp"
-#if __has_include("mesh/distance.hpp")
 #include "mesh/distance.hpp"
-#else
-namespace throng::mesh {
-bool triangles_within(const TrianglePoints& a, const TrianglePoints& b, double) {
-  return triangles_meet(a, b);
-}
-}  // namespace throng::mesh
-#endif
 #include "mesh/pair_kernels.hpp"
 #include "mesh/plane_filter.hpp"
 
