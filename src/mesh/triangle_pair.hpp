@@ -58,13 +58,14 @@ THRONG_HD inline bool between(const DoubleVec3& p, const DoubleVec3& a,
   return between(p.x, a.x, b.x) && between(p.y, a.y, b.y) && between(p.z, a.z, b.z);
 }
 
-THRONG_HD inline bool segments_meet(const Point2& a, const Point2& b, const Point2& c,
-                                    const Point2& d) noexcept {
-  const int c_side = orient(a, b, c), d_side = orient(a, b, d);
-  const int a_side = orient(c, d, a), b_side = orient(c, d, b);
-  if (c_side * d_side < 0 && a_side * b_side < 0) return true;
-  return (c_side == 0 && between(c, a, b)) || (d_side == 0 && between(d, a, b)) ||
-         (a_side == 0 && between(a, c, d)) || (b_side == 0 && between(b, c, d));
+// Whether the open segments from a to b and from c to d cross in one point.
+THRONG_HD inline bool segments_cross(const Point2& a, const Point2& b, const Point2& c,
+                                     const Point2& d) noexcept {
+  return orient(a, b, c) * orient(a, b, d) < 0 && orient(c, d, a) * orient(c, d, b) < 0;
+}
+
+THRONG_HD inline bool on_segment(const Point2& p, const Point2& a, const Point2& b) noexcept {
+  return orient(a, b, p) == 0 && between(p, a, b);
 }
 
 // Whether p lies in the closed triangle. The vectors along its edges add up to 0, so for a triangle
@@ -73,7 +74,8 @@ THRONG_HD inline bool in_triangle(const Point2& p, const Point2 (&t)[3]) noexcep
   const int s0 = orient(t[0], t[1], p), s1 = orient(t[1], t[2], p), s2 = orient(t[2], t[0], p);
   const bool positive = (s0 > 0) | (s1 > 0) | (s2 > 0), negative = (s0 < 0) | (s1 < 0) | (s2 < 0);
   if (positive || negative) return positive != negative;
-  return between(p, t[0], t[1]) || between(p, t[1], t[2]) || between(p, t[2], t[0]);
+  // On the triangle's line, which two of its edges cover.
+  return between(p, t[0], t[1]) || between(p, t[1], t[2]);
 }
 
 // ---- in space -----------------------------------------------------------------------------------
@@ -126,10 +128,13 @@ THRONG_HD inline bool segment_meets_triangle(const DoubleVec3& u, const DoubleVe
   for (int axis = 0; axis < 3; ++axis) {
     const Point2 flat[3] = {project(t.p[0], axis), project(t.p[1], axis), project(t.p[2], axis)};
     const Point2 from = project(u, axis), to = project(v, axis);
-    if (!in_triangle(from, flat) && !segments_meet(from, to, flat[0], flat[1]) &&
-        !segments_meet(from, to, flat[1], flat[2]) && !segments_meet(from, to, flat[2], flat[0])) {
-      return false;
+    // A segment with both ends outside crosses an edge or passes through a vertex.
+    bool meets = in_triangle(from, flat) || in_triangle(to, flat);
+    for (int i = 0; i < 3; ++i) {
+      meets = meets || segments_cross(from, to, flat[i], flat[i == 2 ? 0 : i + 1]) ||
+              on_segment(flat[i], from, to);
     }
+    if (!meets) return false;
   }
   return true;
 }

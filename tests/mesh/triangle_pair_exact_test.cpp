@@ -53,6 +53,22 @@ TEST_P(Kinds, TheRuleIsThatOfRationalNumbers) {
   }
 }
 
+// A segment is a triangle with two equal vertices.
+TEST_P(Kinds, SegmentsAndPointsMeetTriangles) {
+  for (std::uint64_t seed = 0; seed < seeds(10); ++seed) {
+    const SmallMesh mesh = small_mesh(GetParam(), seed % 2 == 0, seed);
+    for (std::size_t i = 0; i + 1 < mesh.triangles.size(); ++i) {
+      const auto a = mesh.points(i), b = mesh.points(i + 1);
+      const mesh::TrianglePoints t = points_of(a);
+      const int u_side = mesh::side(t, b[0]), v_side = mesh::side(t, b[1]);
+      ASSERT_EQ(mesh::segment_meets_triangle(b[0], b[1], t, u_side, v_side),
+                exactly_meet(a, {b[0], b[1], b[1]}))
+          << "seed " << seed << ", triangles " << i << " and " << i + 1;
+      ASSERT_EQ(mesh::in_triangle(b[0], t, u_side), exactly_meet(a, {b[0], b[0], b[0]}));
+    }
+  }
+}
+
 TEST_P(Kinds, TheSearchFindsThePairsOfRationalNumbers) {
   for (std::uint64_t seed = 100; seed < 100 + seeds(5); ++seed) {
     for (const bool floats : {true, false}) {
