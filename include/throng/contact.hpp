@@ -23,7 +23,10 @@ struct Edge {
 };
 
 // A non-owning view of a moving mesh. Each vertex moves from start[i] to end[i] along a line.
+// Strides are multiples of the size of one coordinate or index.
 struct ContactMesh {
+  // All vertices are elements. A vertex of no edge and no face may have any value; one that is not
+  // finite takes no part and is counted in Result::inactive.
   Vertices start;
   Vertices end;  // the same number as `start`; empty: nothing moves
   Strided<Edge> edges;
@@ -35,13 +38,15 @@ struct ContactMesh {
   // vertices are joined by at most n edges (of `edges`, and of `faces`).
   unsigned rings = 0;
   // One value per vertex, each optional: two vertices a, b may collide if (group a & mask b) and
-  // (group b & mask a) are nonzero. Two elements are candidates if any two of their vertices may
-  // collide.
+  // (group b & mask a) are nonzero; if only one of the two is given, the other counts as all ones.
+  // Two elements are candidates if any two of their vertices may collide.
   Strided<std::uint32_t> group, mask;
 };
 
 // The candidates: exactly the pairs of elements whose boxes overlap. The box of an element contains
-// its vertices at start and end, enlarged by `radius` on every side, rounded outward to floats.
+// its vertices at start and end, enlarged by `radius` on every side, rounded outward to floats: on
+// each axis, from the largest float <= least coordinate - radius to the smallest float >= largest
+// coordinate + radius, of the exact difference and sum. Boxes that touch overlap.
 struct ContactCandidates {
   std::vector<Pair> vertex_face;  // vertex, face
   std::vector<Pair> edge_edge;    // first < second
@@ -53,8 +58,14 @@ struct ContactCandidatesView {
   Pairs vertex_face, edge_edge, edge_vertex;
 };
 
-// Keeps its memory from call to call; see Finder for threads, options and errors. Status::bad_mesh:
-// an index out of range, or a vertex of an element that is not finite.
+// Keeps its memory from call to call, and with rings the lists of neighbors while edges and faces
+// stay the same; see Finder for thread safety and options. Searches on the CPU. Of Options,
+// `margin` must be 0, and `nan`, `inverted`, `memory_cap_bytes`, `concurrent_consumer` and
+// `capture` are not used.
+//
+// Errors: Status::bad_mesh for a missing array, a wrong length, stride or dimension, an index out
+// of range, or a vertex of an element that is not finite. Result::first_invalid is then the index
+// of an edge, or of a face if all edges are valid; invalid_count counts elements of this kind.
 class THRONG_API ContactFinder {
  public:
   ContactFinder() noexcept = default;

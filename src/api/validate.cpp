@@ -113,6 +113,8 @@ bool valid_choice(Enum value, Enum last, const char* option, Result& r) noexcept
   return refuse(r, Status::bad_option);
 }
 
+}  // namespace
+
 bool valid_cell_scale(float scale, Result& r) noexcept {
   if (scale >= 1 / 64.0f && scale <= 64) return true;
   set_message(r,
@@ -120,6 +122,8 @@ bool valid_cell_scale(float scale, Result& r) noexcept {
               double{scale});
   return refuse(r, Status::bad_option);
 }
+
+namespace {
 
 // THRONG_ISA does not name an available instruction set.
 void set_forced_isa_message(Result& r) noexcept {

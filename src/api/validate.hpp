@@ -14,6 +14,7 @@ struct Kernels;
 namespace throng {
 
 bool valid_margin(float margin, Result& r) noexcept;
+bool valid_cell_scale(float scale, Result& r) noexcept;
 // Checks that each enumeration holds one of its constants.
 bool valid_choices(const Options& options, Result& r) noexcept;
 // Checks that the backend is not a device; `what` names the operation: "a search is explained".

@@ -59,28 +59,29 @@ constexpr double next_down(double x) noexcept {
 
 // The exact value of x - m, rounded down to float. m finite.
 //
-// s + e = x - m exactly (Knuth's two-sum, in doubles: the sum of two floats neither overflows nor
-// underflows there, and the error is a double). f is the float nearest to s.
-//   f > s: every double between the float below f and f, s among them, is at least one unit of
-//          double from either, and |e| is at most half a unit: the exact value lies strictly
-//          between them, and the float below f is the result.
+// s + e = x - m exactly (Knuth's two-sum; denormals are exact), and s is the double nearest to the
+// exact value. f is the float nearest to s. Rounding is monotonic, so the exact value lies below a
+// double if s does, and above one if s does.
+//   f > s: s, and with it the exact value, lies strictly between f and the float below f: that
+//          float is the result.
 //   f < s: in the same way the exact value lies strictly between f and the float above: f is the
 //          result.
 //   f = s: the sign of e decides.
-// A sum below the smallest float rounds down to minus infinity (f is, or becomes, that). A sum
+// A value below the smallest float rounds down to minus infinity (f is, or becomes, that). A value
 // above the largest rounds to the largest (f is infinity, the float below it is the largest). If x
 // is infinite, s is x and e is NaN, so neither comparison holds and the result is f = x; a NaN
 // stays NaN. Requires denormals and rounding to nearest, as all of the library's arithmetic does.
-THRONG_HD constexpr float subtract_rounded_down(float x, float m) noexcept {
-  const double a = static_cast<double>(x);
-  const double b = -static_cast<double>(m);
-  const double s = a + b;
-  const double b_part = s - a;
-  const double a_part = s - b_part;
-  const double e = (a - a_part) + (b - b_part);
+THRONG_HD constexpr float subtract_rounded_down_to_float(double x, double m) noexcept {
+  const double s = x - m;
+  const double m_part = s - x;
+  const double x_part = s - m_part;
+  const double e = (x - x_part) + (-m - m_part);
   const float f = static_cast<float>(s);
   const double wide = static_cast<double>(f);
-  return (wide > s) || (wide == s && e < 0) ? next_down(f) : f;
+  return ((wide > s) | ((wide == s) & (e < 0))) ? next_down(f) : f;
+}
+THRONG_HD constexpr float subtract_rounded_down(float x, float m) noexcept {
+  return subtract_rounded_down_to_float(static_cast<double>(x), static_cast<double>(m));
 }
 
 // The exact value of x + m, rounded up to float: the mirror image, since negation is exact.
