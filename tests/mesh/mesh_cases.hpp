@@ -10,6 +10,7 @@
 #include <throng/mesh.hpp>
 
 #include "support/random.hpp"
+#include "support/sanitized.hpp"
 
 namespace throng::tests {
 
@@ -40,7 +41,7 @@ enum class MeshKind {
 // `floats`: all coordinates are floats; else most use all digits of a double. Triangles share
 // vertices, repeat indices, and occur twice.
 inline SmallMesh small_mesh(MeshKind kind, bool floats, std::uint64_t seed,
-                            std::size_t triangles = 24) {
+                            std::size_t triangles = sanitized ? 12 : 24) {
   Random random(seed);
   SmallMesh mesh;
   const auto below = [&random](std::uint32_t n) { return random.below(n); };

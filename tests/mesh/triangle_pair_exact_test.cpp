@@ -142,7 +142,7 @@ TEST(PlaneFilter, ADecisionIsExact) {
       }
     }
   }
-  EXPECT_GT(all, 30u);
+  EXPECT_GT(all, 10u);
   EXPECT_EQ(unsure, 0u);
 }
 
