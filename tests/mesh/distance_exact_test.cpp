@@ -78,8 +78,7 @@ TEST(TrianglesWithin, AgreesWithRationals) {
     const auto kind = static_cast<TriangleKind>(k);
     for (int n = 0; n < 30; ++n) {
       const TwoTriangles t = draw_triangles(random, kind);
-      const SquaredDistance exact =
-          squared_distance(rational_triangle(t.a.p), rational_triangle(t.b.p));
+      const SquaredDistance exact = squared_distance(exact_triangle(t.a.p), exact_triangle(t.b.p));
       ++counts.closest[static_cast<std::size_t>(exact.between)];
       ++all.closest[static_cast<std::size_t>(exact.between)];
       check(t, distances_near(exact, random), exact, counts);

@@ -14,40 +14,20 @@
 
 #include <throng/types.hpp>
 
+#include "mesh/exact_triangles.hpp"
+
 namespace throng::tests {
 
-struct RationalPoint {
-  mpq_class x, y, z;
-};
+inline ExactPoint operator+(const ExactPoint& a, const ExactPoint& b) {
+  return {mpq_class(a.x + b.x), mpq_class(a.y + b.y), mpq_class(a.z + b.z)};
+}
+inline ExactPoint operator*(const mpq_class& s, const ExactPoint& a) {
+  return {mpq_class(s * a.x), mpq_class(s * a.y), mpq_class(s * a.z)};
+}
 
-inline bool operator==(const RationalPoint& a, const RationalPoint& b) {
-  return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-inline RationalPoint operator-(const RationalPoint& a, const RationalPoint& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-inline RationalPoint operator+(const RationalPoint& a, const RationalPoint& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-inline RationalPoint operator*(const mpq_class& s, const RationalPoint& a) {
-  return {s * a.x, s * a.y, s * a.z};
-}
-inline mpq_class dot(const RationalPoint& a, const RationalPoint& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-inline RationalPoint cross(const RationalPoint& a, const RationalPoint& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-inline bool is_zero(const RationalPoint& a) { return a.x == 0 && a.y == 0 && a.z == 0; }
-
-using RationalTriangle = std::array<RationalPoint, 3>;
-
-inline RationalPoint rational(const DoubleVec3& p) {
-  return {mpq_class(p.x), mpq_class(p.y), mpq_class(p.z)};
-}
 template <class Points>
-RationalTriangle rational_triangle(const Points& p) {
-  return {rational(p[0]), rational(p[1]), rational(p[2])};
+ExactTriangle exact_triangle(const Points& p) {
+  return {exact(p[0]), exact(p[1]), exact(p[2])};
 }
 
 // Rounded to nearest, ties to even. mpq_get_d rounds towards 0.
@@ -69,21 +49,21 @@ inline double nearest_double(const mpq_class& x) {
 
 // The points x with normal . x <= limit.
 struct HalfSpace {
-  RationalPoint normal;
+  ExactPoint normal;
   mpq_class limit;
 };
 
 // The half-spaces whose intersection is the triangle.
-inline std::vector<HalfSpace> half_spaces_of(const RationalTriangle& t) {
+inline std::vector<HalfSpace> half_spaces_of(const ExactTriangle& t) {
   std::vector<HalfSpace> result;
-  const auto add = [&](const RationalPoint& normal, const RationalPoint& through) {
+  const auto add = [&](const ExactPoint& normal, const ExactPoint& through) {
     result.push_back({normal, dot(normal, through)});
   };
-  const auto add_plane = [&](const RationalPoint& normal, const RationalPoint& through) {
+  const auto add_plane = [&](const ExactPoint& normal, const ExactPoint& through) {
     add(normal, through);
     add(mpq_class(-1) * normal, through);
   };
-  const RationalPoint n = cross(t[1] - t[0], t[2] - t[0]);
+  const ExactPoint n = cross(t[1] - t[0], t[2] - t[0]);
   if (!is_zero(n)) {
     add_plane(n, t[0]);
     for (std::size_t i = 0; i < 3; ++i) add(cross(t[(i + 1) % 3] - t[i], n), t[i]);
@@ -93,28 +73,27 @@ inline std::vector<HalfSpace> half_spaces_of(const RationalTriangle& t) {
   std::pair<std::size_t, std::size_t> ends{0, 0};
   mpq_class longest = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    const RationalPoint u = t[(i + 1) % 3] - t[i];
+    const ExactPoint u = t[(i + 1) % 3] - t[i];
     if (dot(u, u) > longest) {
       longest = dot(u, u);
       ends = {i, (i + 1) % 3};
     }
   }
-  const RationalPoint u = t[ends.second] - t[ends.first];
-  const RationalPoint axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  for (const RationalPoint& axis : axes)
-    add_plane(is_zero(u) ? axis : cross(u, axis), t[ends.first]);
+  const ExactPoint u = t[ends.second] - t[ends.first];
+  const ExactPoint axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  for (const ExactPoint& axis : axes) add_plane(is_zero(u) ? axis : cross(u, axis), t[ends.first]);
   add(u, t[ends.second]);
   add(mpq_class(-1) * u, t[ends.first]);
   return result;
 }
 
 // A convex polygon, also a segment or a point, cut by a half-space (Sutherland and Hodgman).
-inline std::vector<RationalPoint> clipped(const std::vector<RationalPoint>& polygon,
-                                          const HalfSpace& half_space) {
-  std::vector<RationalPoint> result;
+inline std::vector<ExactPoint> clipped(const std::vector<ExactPoint>& polygon,
+                                       const HalfSpace& half_space) {
+  std::vector<ExactPoint> result;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const RationalPoint& p = polygon[i];
-    const RationalPoint& q = polygon[(i + 1) % polygon.size()];
+    const ExactPoint& p = polygon[i];
+    const ExactPoint& q = polygon[(i + 1) % polygon.size()];
     const mpq_class at_p = dot(half_space.normal, p) - half_space.limit;
     const mpq_class at_q = dot(half_space.normal, q) - half_space.limit;
     if (at_p <= 0) result.push_back(p);
@@ -124,24 +103,19 @@ inline std::vector<RationalPoint> clipped(const std::vector<RationalPoint>& poly
   return result;
 }
 
-inline bool is_on_segment(const RationalPoint& x, const RationalPoint& p, const RationalPoint& q) {
-  return is_zero(cross(x - p, q - p)) && dot(x - p, q - x) >= 0;
-}
-
 // The extreme points of the intersection of two triangles, in the order of the first one's winding.
-inline std::vector<RationalPoint> intersection(const RationalTriangle& a,
-                                               const RationalTriangle& b) {
-  std::vector<RationalPoint> polygon(a.begin(), a.end());
+inline std::vector<ExactPoint> intersection(const ExactTriangle& a, const ExactTriangle& b) {
+  std::vector<ExactPoint> polygon(a.begin(), a.end());
   for (const HalfSpace& h : half_spaces_of(b)) polygon = clipped(polygon, h);
-  std::vector<RationalPoint> distinct;
-  for (const RationalPoint& p : polygon)
+  std::vector<ExactPoint> distinct;
+  for (const ExactPoint& p : polygon)
     if (std::find(distinct.begin(), distinct.end(), p) == distinct.end()) distinct.push_back(p);
-  std::vector<RationalPoint> extreme;
+  std::vector<ExactPoint> extreme;
   for (std::size_t i = 0; i < distinct.size(); ++i) {
     bool is_between = false;
     for (std::size_t k = 0; k < distinct.size(); ++k)
       for (std::size_t l = 0; l < k; ++l)
-        is_between |= k != i && l != i && is_on_segment(distinct[i], distinct[k], distinct[l]);
+        is_between |= k != i && l != i && in_hull(distinct[i], distinct[k], distinct[l]);
     if (!is_between) extreme.push_back(distinct[i]);
   }
   return extreme;
@@ -162,44 +136,44 @@ struct SquaredDistance {
   }
 };
 
-inline void take_point_and_segment(SquaredDistance& d, const RationalPoint& x,
-                                   const RationalPoint& p, const RationalPoint& q) {
-  const RationalPoint u = q - p, w = x - p;
+inline void take_point_and_segment(SquaredDistance& d, const ExactPoint& x, const ExactPoint& p,
+                                   const ExactPoint& q) {
+  const ExactPoint u = q - p, w = x - p;
   d.take(dot(w, w), Closest::vertices);
   d.take(dot(x - q, x - q), Closest::vertices);
   if (is_zero(u)) return;
   const mpq_class s = dot(u, w) / dot(u, u);
   if (s <= 0 || s >= 1) return;
-  const RationalPoint v = w - s * u;
+  const ExactPoint v = w - s * u;
   d.take(dot(v, v), Closest::vertex_edge);
 }
 
 // The square of the distance of two triangles.
-inline SquaredDistance squared_distance(const RationalTriangle& a, const RationalTriangle& b) {
+inline SquaredDistance squared_distance(const ExactTriangle& a, const ExactTriangle& b) {
   if (!intersection(a, b).empty()) return {0, Closest::common_point};
   SquaredDistance d;
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const RationalPoint &p = a[i], &q = b[k], &p2 = a[(i + 1) % 3], &q2 = b[(k + 1) % 3];
+      const ExactPoint &p = a[i], &q = b[k], &p2 = a[(i + 1) % 3], &q2 = b[(k + 1) % 3];
       take_point_and_segment(d, p, q, q2);
       take_point_and_segment(d, q, p, p2);
       // Both derivatives of |p + s u - q - t v|^2 vanish.
-      const RationalPoint u = p2 - p, v = q2 - q, w = p - q;
+      const ExactPoint u = p2 - p, v = q2 - q, w = p - q;
       const mpq_class determinant = dot(u, u) * dot(v, v) - dot(u, v) * dot(u, v);
       if (determinant == 0) continue;
       const mpq_class s = (dot(u, v) * dot(v, w) - dot(v, v) * dot(u, w)) / determinant;
       const mpq_class t = (dot(u, u) * dot(v, w) - dot(u, v) * dot(u, w)) / determinant;
       if (s <= 0 || s >= 1 || t <= 0 || t >= 1) continue;
-      const RationalPoint between = w + s * u - t * v;
+      const ExactPoint between = w + s * u - t * v;
       d.take(dot(between, between), Closest::edges);
     }
   }
   for (const auto& [t, other] : {std::pair{&a, &b}, std::pair{&b, &a}}) {
-    const RationalPoint n = cross((*t)[1] - (*t)[0], (*t)[2] - (*t)[0]);
+    const ExactPoint n = cross((*t)[1] - (*t)[0], (*t)[2] - (*t)[0]);
     if (is_zero(n)) continue;
-    for (const RationalPoint& x : *other) {
+    for (const ExactPoint& x : *other) {
       const mpq_class height = dot(n, x - (*t)[0]) / dot(n, n);
-      const RationalPoint foot = x - height * n;
+      const ExactPoint foot = x - height * n;
       bool is_inside = true;
       for (std::size_t i = 0; i < 3; ++i)
         is_inside &= dot(n, cross((*t)[(i + 1) % 3] - (*t)[i], foot - (*t)[i])) > 0;

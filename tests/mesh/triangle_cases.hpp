@@ -24,6 +24,7 @@ enum class TriangleKind {
   small_grid,       // integers -2 .. 2: many touch, many are coplanar
   grid_plane,       // integer points in one integer plane
   rounded_plane,    // points of a plane, rounded
+  star,             // in an integer plane, turned against each other
   degenerate,       // integers; at least one is a segment or a point
   sliver,           // close to one line
   parallel_planes,  // equal or similar triangles in parallel planes
@@ -78,15 +79,21 @@ inline TwoTriangles draw_triangles(Random& random, TriangleKind kind) {
       fill([&] { return integer(2); });
       break;
     case TriangleKind::grid_plane:
-    case TriangleKind::rounded_plane: {
-      const bool is_grid = kind == TriangleKind::grid_plane;
+    case TriangleKind::rounded_plane:
+    case TriangleKind::star: {
+      const bool is_grid = kind != TriangleKind::rounded_plane;
       const double most = random.one_in(2) ? 3 : 30;
       const auto draw = [&] { return is_grid ? integer(10) : unit(); };
       const auto factor = [&] { return is_grid ? integer(static_cast<int>(most)) : unit(); };
       const DoubleVec3 o = {draw(), draw(), draw()}, u = {draw(), draw(), draw()},
                        v = {draw(), draw(), draw()};
+      const double corners[3][2] = {{-8, -4}, {8, -4}, {0, 8}};
       for (int i = 0; i < 6; ++i) {
-        const double r = factor(), s = factor();
+        double r = factor(), s = factor();
+        if (kind == TriangleKind::star) {
+          r = (i < 3 ? 1 : -1) * corners[i % 3][0] + integer(3);
+          s = (i < 3 ? 1 : -1) * corners[i % 3][1] + integer(3);
+        }
         vertex(t, i) = {o.x + r * u.x + s * v.x, o.y + r * u.y + s * v.y, o.z + r * u.z + s * v.z};
       }
       break;
