@@ -176,14 +176,16 @@ THRONG_API std::vector<Pair> find_within(const TriangleMesh& mesh, double distan
 THRONG_API std::vector<Pair> find_within(const TriangleMesh& a, const TriangleMesh& b,
                                          double distance, const Options& options = {});
 
-// How two intersecting triangles meet.
+// How two intersecting triangles meet. A triangle without area is a segment or a point, and all of
+// it is its edges.
 enum class IntersectionKind : std::uint8_t {
   crossing,  // not coplanar, and they share a point that is on no edge of either
   touching,  // not coplanar otherwise
   coplanar,  // all six vertices lie in one plane
 };
 
-// The intersection of two triangles: a point, a segment or a convex polygon, in order.
+// The intersection of two closed triangles: a point, the two ends of a segment, or the corners of a
+// convex polygon, in the order in which the first triangle winds.
 struct TriangleIntersection {
   IntersectionKind kind = IntersectionKind::touching;
   std::uint8_t point_count = 0;  // 1 to 6; 0: they do not intersect
@@ -191,9 +193,12 @@ struct TriangleIntersection {
 };
 
 // Describes the intersection of each pair of triangles, of `a` and of `b`; for one mesh pass it
-// twice. `kind` and `point_count` are exact. A coordinate of a point is off by at most 2^-50 times
-// the largest coordinate of the two triangles, relative to their first vertex.
-// Throws Error, e.g. for an index of a pair that is out of range.
+// twice. Vertices that two triangles of one mesh share are points as any other. `kind` and
+// `point_count` are exact. Each coordinate of a point is the exact one rounded to nearest, so equal
+// points have equal coordinates in all pairs; different points that are very close may have them,
+// too. Of the options, `threads`, `executor` and `stop` are used.
+// Throws Error with Status::bad_mesh, e.g. for an index of a pair that is out of range.
+// Cost: O(count).
 THRONG_API std::vector<TriangleIntersection> describe_intersections(const TriangleMesh& a,
                                                                     const TriangleMesh& b,
                                                                     const Pair* pairs,

@@ -1,6 +1,7 @@
 // MeshFinder, and the functions that use a temporary one.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <new>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "base/large_pages.hpp"
 #include "mesh/engine.hpp"
 #include "validate.hpp"
+#include "validate_mesh.hpp"
 
 namespace throng {
 
@@ -24,46 +26,6 @@ struct MeshFinder::State {
 };
 
 namespace {
-
-constexpr Noun triangle_noun = {"triangle", "triangles"};
-
-bool valid_mesh(const TriangleMesh& mesh, const char* which, Result& r) noexcept {
-  const std::size_t n = mesh.size();
-  const Vertices& vertices = mesh.vertices;
-  const std::size_t unit = vertices.is_float() ? sizeof(float) : sizeof(double);
-  if (n > max_box_count) {
-    set_message(r, "%s has %llu triangles, at most %llu can be indexed; split it", which, ull{n},
-                ull{max_box_count});
-    return refuse(r, Status::too_many_boxes);
-  }
-  if (n != 0 && !mesh.triangles.data) {
-    set_message(r, "%s has %llu triangles but their array is null; give its address", which,
-                ull{n});
-  } else if (vertices.size() != 0 && !vertices.data()) {
-    set_message(r, "%s has %llu vertices but their array is null; give its address", which,
-                ull{vertices.size()});
-  } else if (mesh.triangles.stride_bytes % alignof(Triangle) != 0) {
-    set_message(r, "the stride of the triangles of %s is %llu bytes; it must be a multiple of %llu",
-                which, ull{mesh.triangles.stride_bytes}, ull{alignof(Triangle)});
-  } else if (vertices.stride_bytes() % unit != 0) {
-    set_message(r, "the stride of the vertices of %s is %llu bytes; it must be a multiple of %llu",
-                which, ull{vertices.stride_bytes()}, ull{unit});
-  } else {
-    return valid_filters(mesh.filters, n, which, triangle_noun, r);
-  }
-  return refuse(r, Status::bad_mesh);
-}
-
-bool valid_transform(const TriangleMesh& mesh, const char* which, Result& r) noexcept {
-  for (const auto& row : mesh.transform.row) {
-    for (const double x : row) {
-      if (std::isfinite(x)) continue;
-      set_message(r, "the transform of %s has the value %g; it must be finite", which, x);
-      return refuse(r, Status::bad_mesh);
-    }
-  }
-  return true;
-}
 
 bool valid(const mesh::MeshCall& call, const Options& options, Result& r) noexcept {
   if (!valid_executor(options.executor, r) || !valid_choices(options, r) ||
@@ -81,9 +43,7 @@ bool valid(const mesh::MeshCall& call, const Options& options, Result& r) noexce
     return refuse(r, Status::bad_option);
   }
   const char* const first = call.b ? "the first mesh" : "the mesh";
-  return valid_mesh(*call.a, first, r) && valid_transform(*call.a, first, r) &&
-         (!call.b || (valid_mesh(*call.b, "the second mesh", r) &&
-                      valid_transform(*call.b, "the second mesh", r)));
+  return valid_mesh(*call.a, first, r) && (!call.b || valid_mesh(*call.b, "the second mesh", r));
 }
 
 // The message for an index or a vertex that is not valid.
@@ -93,23 +53,9 @@ void explain_defects(const mesh::MeshCall& call, const mesh::MeshEngine& engine,
   const TriangleMesh& mesh = second ? *call.b : *call.a;
   const char* const which = !call.b ? "the mesh" : (second ? "the second mesh" : "the first mesh");
   const mesh::MeshDefects& defects = engine.defects();
-  const ull others = defects.count - 1;
-  if (defects.out_of_range) {
-    set_message(r,
-                "triangle %llu of %s has vertex %llu, but there are %llu vertices, counted from 0; "
-                "fix the index (%llu more bad triangles)",
-                ull{defects.first}, which, ull{defects.vertex}, ull{mesh.vertices.size()}, others);
-    return;
-  }
-  const DoubleVec3 p = mesh.vertices[defects.vertex];
-  set_message(r,
-              "triangle %llu of %s uses vertex %llu at (%g, %g, %g)%s; coordinates must be finite "
-              "(%llu more bad triangles)",
-              ull{defects.first}, which, ull{defects.vertex}, p.x, p.y, p.z,
-              std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)
-                  ? ", not finite after the transform"
-                  : "",
-              others);
+  char others[64];
+  std::snprintf(others, sizeof others, " (%llu more bad triangles)", ull{defects.count - 1});
+  explain_bad_triangle(mesh, which, defects.first, defects.vertex, others, r);
 }
 
 const char* remedy(const Consumer* consumer) noexcept {

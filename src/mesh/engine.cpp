@@ -9,6 +9,7 @@
 #include "mesh/distance.hpp"
 #include "mesh/pair_kernels.hpp"
 #include "mesh/plane_filter.hpp"
+#include "mesh/transform.hpp"
 
 namespace throng::mesh {
 namespace {
@@ -81,23 +82,6 @@ class DistanceTest final : public CountingTest {
   double distance_;
 };
 
-bool is_identity(const AffineTransform& t) noexcept {
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 4; ++k) {
-      if (t.row[i][k] != (i == k ? 1 : 0)) return false;
-    }
-  }
-  return true;
-}
-
-// Every operation is rounded to nearest: the result is documented at TriangleMesh::transform.
-DoubleVec3 apply(const AffineTransform& t, const DoubleVec3& p) noexcept {
-  const auto row = [&](const double(&m)[4]) {
-    return ((m[0] * p.x + m[1] * p.y) + m[2] * p.z) + m[3];
-  };
-  return {row(t.row[0]), row(t.row[1]), row(t.row[2])};
-}
-
 const PairKernels& kernels_for(Isa isa) noexcept {
   const PairKernels* const simd = isa == Isa::scalar ? nullptr : simd_pair_kernels(isa);
   return simd ? *simd : scalar_pair_kernels;
@@ -123,7 +107,7 @@ MeshArrays MeshEngine::arrays_of(const TriangleMesh& mesh, bool as_given, unsign
     for (std::size_t begin, end; chunks.take(t, begin, end);) {
       for (std::size_t i = begin; i < end; ++i) {
         const DoubleVec3 p = mesh.vertices[i];
-        points[i] = moves ? apply(mesh.transform, p) : p;
+        points[i] = moves ? transformed(mesh.transform, p) : p;
       }
     }
   };
