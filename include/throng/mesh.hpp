@@ -33,13 +33,10 @@ class Vertices {
            std::size_t stride_bytes = sizeof(DoubleVec3)) noexcept
       : data_(points), count_(count), stride_bytes_(stride_bytes), is_float_(false) {}
   // Any container of Vec3 or DoubleVec3 with data() and size().
-  template <class Container,
-            class Point = std::remove_cv_t<
-                std::remove_pointer_t<decltype(std::declval<const Container&>().data())>>,
-            class = std::enable_if_t<std::is_same<Point, Vec3>::value ||
-                                     std::is_same<Point, DoubleVec3>::value>>
+  template <class Container, class Points = decltype(std::declval<const Container&>().data()),
+            class = decltype(Vertices(std::declval<Points>(), std::size_t{}))>
   Vertices(const Container& points) noexcept  // NOLINT(google-explicit-constructor): a view
-      : Vertices(points.data(), points.size()) {}
+      : Vertices(points.data(), points.size(), sizeof(*points.data())) {}
 
   std::size_t size() const noexcept { return count_; }
   bool is_float() const noexcept { return is_float_; }
