@@ -214,7 +214,7 @@ WRONG_FOR_EXACT = [
     ((BOXES[:, :3].astype(float), BOXES[:, 3:]), "of one type and shape"),
     ((BOXES.astype(float)[:, :3], BOXES[:, 3:].astype(float)), "48 bytes apart and.*24"),
     (BOXES.astype(float)[:, :5], r"found float64 of shape \(3, 5\)"),
-    (numpy.ones(100, numpy.uint8)[4:].view(numpy.float64).reshape(2, 6), "no multiple of 8.*copy"),
+    (numpy.ones(100, numpy.uint8)[4:].view(numpy.float64).reshape(2, 6), "not a multiple of 8.*copy"),
     (numpy.broadcast_to(numpy.zeros(6), (2**32, 6)), "found 4294967296 boxes, at most 4294901760"),
 ]
 

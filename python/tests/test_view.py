@@ -98,7 +98,7 @@ def test_the_map_of_the_cells(name: str, objects: int) -> None:
     assert chart is not None and frame.explanation.cells > 1
     # Each cell's pixel shows it, or a denser one that shares the pixel.
     height, width = chart.counts.shape
-    assert max(height, width) <= _heat.LONGEST and chart.counts.max() == frame.occupancy.max()
+    assert max(height, width) <= _heat.MAX_PIXELS and chart.counts.max() == frame.occupancy.max()
     across, up = frame.occupancy.shape
     for x, y in numpy.random.default_rng(1).integers(0, [across, up], (200, 2)):
         column = min(int((x + 0.5) / across * width), width - 1)
