@@ -102,11 +102,12 @@ class BoxArray {
   KeepAlive filters_;
 };
 
-// One value of T per box: the array itself if it has that type, else converted values, which must
-// fit; no conversion on a GPU. Objects in `kept` must outlive the view.
+// One value of T per box, or per `element`: the array itself if it has that type, else converted
+// values, which must fit; no conversion on a GPU. Objects in `kept` must outlive the view.
 template <class T>
 Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count,
-                         KeepAlive& kept, ArrayDevice* array_device = nullptr);
+                         KeepAlive& kept, ArrayDevice* array_device = nullptr,
+                         const char* element = "box");
 
 // A NumPy array that owns its values.
 template <class T>

@@ -7,8 +7,8 @@
 
 #include "python/arrays.hpp"
 #include "python/errors.hpp"
-#include "python/finder.hpp"
 #include "python/options.hpp"
+#include "python/pair_search.hpp"
 #include "python/pool.hpp"
 #include "python/scenes.hpp"
 

@@ -120,6 +120,8 @@ NB_MODULE(_throng, m) {
   bind_scenes(m);
   bind_bodies(m);
   bind_live(m);
+  bind_mesh(m);
+  bind_contact(m);
   m.def("forget_threads", forget_threads);
   m.def("expect_leaks", [] { nb::set_leak_warnings(false); });
 }

@@ -41,12 +41,28 @@ unsigned long long parse_integer(nb::handle value, const std::string& name,
   return number;
 }
 
-float margin_of(nb::handle value) {
-  const double margin = PyFloat_AsDouble(value.ptr());
-  if (margin == -1.0 && PyErr_Occurred()) {
+namespace {
+
+double number_of(nb::handle value, const char* name) {
+  const double number = PyFloat_AsDouble(value.ptr());
+  if (number == -1.0 && PyErr_Occurred()) {
     PyErr_Clear();
-    type_error("margin: found " + described(value) + ", wanted a number");
+    type_error(std::string(name) + ": found " + described(value) + ", wanted a number");
   }
+  return number;
+}
+
+}  // namespace
+
+double length_of(nb::handle value, const char* name) {
+  const double length = number_of(value, name);
+  if (length >= 0 && length <= std::numeric_limits<double>::max()) return length;
+  value_error(std::string(name) + ": found " + described(value) +
+              ", wanted a finite number that is not negative");
+}
+
+float margin_of(nb::handle value) {
+  const double margin = number_of(value, "margin");
   if (!(margin >= 0) || margin > std::numeric_limits<float>::max()) {
     value_error("margin: found " + described(value) +
                 ", wanted a finite float32 that is not negative");

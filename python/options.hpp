@@ -14,6 +14,8 @@ namespace throng::python {
 
 // Each raises TypeError or ValueError that names the keyword.
 float margin_of(nb::handle value);
+// A finite double, 0 or more.
+double length_of(nb::handle value, const char* name);
 unsigned threads_of(nb::handle value);
 std::size_t bytes_of(nb::handle value, const char* name);
 Order order_of(nb::handle value);

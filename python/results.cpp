@@ -7,6 +7,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <throng/explain.hpp>
+#include <throng/mesh.hpp>
 
 #include "python/arrays.hpp"
 #include "python/scenes.hpp"
@@ -74,6 +75,12 @@ void bind_result(nb::module_& m) {
                ", visited=" + std::to_string(r.visited) + ", total_ms=" + fixed(r.times.total_ms) +
                ")";
       });
+  nb::class_<MeshResult, Result>(m, "MeshResult",
+                                 "Counts, plan and times of a search of triangles.")
+      .def_ro("candidates", &MeshResult::candidates,
+              "pairs of triangles whose boxes overlap, each tested once")
+      .def_ro("exact_tests", &MeshResult::exact_tests,
+              "candidates that floating-point arithmetic could not decide");
 }
 
 void bind_explanation(nb::module_& m) {

@@ -13,9 +13,9 @@
 #include "apps/scenes/scene.hpp"
 #include "python/arrays.hpp"
 #include "python/errors.hpp"
-#include "python/finder.hpp"
 #include "python/lock.hpp"
 #include "python/options.hpp"
+#include "python/pair_search.hpp"
 
 namespace throng::python {
 namespace {

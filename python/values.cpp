@@ -109,10 +109,10 @@ std::shared_ptr<float[]> rows_of_floats(const AnyArray& a, const std::string& na
 
 template <class T>
 Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count,
-                         KeepAlive& kept, ArrayDevice* array_device) {
+                         KeepAlive& kept, ArrayDevice* array_device, const char* element) {
   if (value.is_none()) return {};
-  const std::string wanted =
-      std::string(type_name<T>()) + " of shape (" + std::to_string(count) + ",), one value per box";
+  const std::string wanted = std::string(type_name<T>()) + " of shape (" + std::to_string(count) +
+                             ",), one value per " + element;
   AnyArray a = import_array(value, name, wanted, array_device);
   if (a.ndim() != 1 || a.shape(0) != count) {
     value_error(name + ": found " + described(a) + ", wanted " + wanted);
@@ -223,11 +223,11 @@ Strided<Vec3> import_directions(nb::handle value, const std::string& name, std::
 }
 
 template Strided<std::uint32_t> import_values(nb::handle, const std::string&, std::size_t,
-                                              KeepAlive&, ArrayDevice*);
+                                              KeepAlive&, ArrayDevice*, const char*);
 template Strided<std::int32_t> import_values(nb::handle, const std::string&, std::size_t,
-                                             KeepAlive&, ArrayDevice*);
+                                             KeepAlive&, ArrayDevice*, const char*);
 template Strided<std::uint8_t> import_values(nb::handle, const std::string&, std::size_t,
-                                             KeepAlive&, ArrayDevice*);
+                                             KeepAlive&, ArrayDevice*, const char*);
 template Strided<Vec3> import_rows(nb::handle, const std::string&, std::int64_t, KeepAlive&);
 template Strided<Quaternion> import_rows(nb::handle, const std::string&, std::int64_t, KeepAlive&);
 template Strided<Shape> import_rows(nb::handle, const std::string&, std::int64_t, KeepAlive&);

@@ -14,13 +14,15 @@ with ``nan='inactive'``.
 
 The pairs are those of the double loop over the given floats, for every algorithm, number of threads
 and instruction set; with ``round='exact'`` over the given float64.
+
+throng.mesh: intersecting triangles of meshes. throng.ipc: a broad phase for ipctk.
 """
 
 import atexit as _atexit
 import os as _os
 import threading as _threading
 
-from throng import _throng
+from throng import _throng, mesh
 from throng._bodies import box, capsule, convex, shape_type, sphere, update_boxes
 from throng._boxes import boxes_from_center, boxes_from_intervals
 from throng._find import Finder, find_pairs
@@ -55,6 +57,7 @@ __all__ = [
     "convex",
     "find_pairs",
     "load_boxes",
+    "mesh",
     "save_boxes",
     "save_pairs",
     "scene",

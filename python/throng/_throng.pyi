@@ -7,6 +7,8 @@ import numpy
 from numpy.typing import NDArray
 
 Filters: TypeAlias = tuple[Any, Any, Any, Any, Any]
+# Vertices, faces, and the rows of a transform or None.
+MeshArrays: TypeAlias = tuple[Any, Any, tuple[float, ...] | None]
 # Lower x, y, z, upper x, y, z.
 Bounds: TypeAlias = tuple[float, float, float, float, float, float]
 
@@ -81,6 +83,16 @@ class Result:
     def plan(self) -> Plan: ...
     @property
     def times(self) -> StageTimes: ...
+
+class MeshResult(Result):
+    """Counts, plan and times of a search of triangles."""
+
+    @property
+    def candidates(self) -> int:
+        """Pairs of triangles whose boxes overlap, each tested once."""
+    @property
+    def exact_tests(self) -> int:
+        """Candidates that floating-point arithmetic could not decide."""
 
 class SizeClass:
     """Boxes of similar largest extent."""
@@ -229,6 +241,51 @@ class Finder:
     @property
     def memory_bytes(self) -> int: ...
 
+class MeshFinder:
+    def __init__(
+        self, order: str, algorithm: str, isa: str, threads: int, memory_cap: int, once: bool
+    ) -> None: ...
+    def find(
+        self,
+        mesh: MeshArrays,
+        other: MeshArrays | None,
+        distance: float | None,
+        filters: Filters,
+        other_filters: Filters,
+    ) -> NDArray[numpy.uint32]: ...
+    def consume(
+        self,
+        mesh: MeshArrays,
+        callback: Callable[[NDArray[numpy.uint32]], object],
+        other: MeshArrays | None,
+        distance: float | None,
+        filters: Filters,
+        other_filters: Filters,
+    ) -> None: ...
+    @property
+    def result(self) -> MeshResult: ...
+    @property
+    def memory_bytes(self) -> int: ...
+
+class ContactFinder:
+    def __init__(self, order: str, isa: str, threads: int) -> None: ...
+    def find(
+        self,
+        vertices_t0: Any,
+        vertices_t1: Any,
+        edges: Any,
+        faces: Any,
+        radius: float,
+        dimension: int | None,
+        rings: int,
+        group: Any,
+        mask: Any,
+    ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.uint32], NDArray[numpy.uint32]]: ...
+    @property
+    def result(self) -> Result: ...
+    @property
+    def memory_bytes(self) -> int: ...
+
 class BroadPhase:
     def __init__(
         self, margin: float, nan: str, inverted: str, threads: int, isa: str
@@ -287,5 +344,8 @@ def update_boxes(
     margin: float,
     threads: int,
 ) -> NDArray[numpy.float32]: ...
+def describe_intersections(
+    pairs: Any, mesh: MeshArrays, other: MeshArrays | None, threads: int
+) -> tuple[NDArray[numpy.uint8], NDArray[numpy.uint8], NDArray[numpy.float64]]: ...
 def forget_threads() -> None: ...
 def expect_leaks() -> None: ...
