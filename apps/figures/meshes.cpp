@@ -132,7 +132,8 @@ std::string mesh_side() {
   Drawing d(860, top + n * size + 40);
   const auto panel = [&](double left, bool rounded) {
     const auto colour_at = [&](int i, int j) {
-      const auto at = static_cast<std::size_t>(j * n + i);
+      const auto at =
+          static_cast<std::size_t>(j) * static_cast<std::size_t>(n) + static_cast<std::size_t>(i);
       const int side = rounded ? rounded_side(points[at]) : exact[at];
       if (side != exact[at]) return red;
       return side > 0 ? blue : (side < 0 ? green : orange);
