@@ -296,8 +296,8 @@ def describe(
     pairs: (k, 2) integers, as from self_intersections(mesh), or intersections(mesh, other) with the
         same transforms.
 
-    Kinds and numbers of points are exact. A coordinate of a point is off by at most 2**-50 times the
-    largest coordinate of the two triangles, relative to their first vertex.
+    Kinds and numbers of points are exact. Each coordinate of a point is the exact one, rounded to
+    the nearest double: equal points have equal coordinates in all pairs.
     """
     a = _mesh(mesh, None, transform)
     b = _second(other, other_transform)
