@@ -34,7 +34,7 @@ cpp_id_attributes = ["THRONG_API"]
 c_id_attributes = ["THRONG_API"]
 
 # The docstrings are in Python files, so the extension module is not needed.
-autodoc_mock_imports = ["throng._throng"]
+autodoc_mock_imports = ["throng._throng", "ipctk"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_type_aliases = {"BoxesLike": "BoxesLike", "Array": "Array"}
