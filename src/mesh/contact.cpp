@@ -88,7 +88,7 @@ class ContactTest final : public grid::PairTest {
     return ((group_u & mask_v) != 0) & ((group_v & mask_u) != 0);
   }
 
-  // Reads the lists of the element with fewer vertices; their lines are fetched some pairs ahead.
+  // Reads the lists of the first element's vertices; their lines are fetched some pairs ahead.
   std::size_t keep_beyond_rings(Pair* pairs, std::size_t count) const {
     constexpr std::size_t ahead = 8;
     std::size_t kept = 0;

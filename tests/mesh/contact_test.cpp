@@ -388,6 +388,9 @@ TEST(ContactFinder, RingsFollowTheElements) {
   check("the third of a face");
   s.rings = 2;
   check("more rings");
+  s.edges.back() = {10, 40};
+  s.faces.back() = {12, 31, 50};
+  check("across the sheet");
   s.edges.pop_back();
   check("fewer edges");
   s.faces.pop_back();
@@ -808,6 +811,12 @@ TEST(ContactFinder, ReportsThatMemoryRunsOut) {
     options.threads = threads;
     ContactFinder finder(options);
     std::size_t allowed = 0;
+    if (threads == 3) {
+      // What the finder holds of another mesh is not taken for this one's.
+      ContactScene other = sheet(20, 15);
+      other.rings = 1;
+      ASSERT_TRUE(finder.find(other.view(), other.radius).ok());
+    }
     for (;; ++allowed) {
       memory.fail(allowed, true);
       const Result r = finder.find(s.view(), s.radius);
@@ -820,7 +829,7 @@ TEST(ContactFinder, ReportsThatMemoryRunsOut) {
       EXPECT_TRUE(finder.candidates().edge_edge.empty());
       ASSERT_LT(allowed, 1000u);
     }
-    EXPECT_GT(allowed, 10u);
+    EXPECT_GT(allowed, 8u);
     EXPECT_TRUE(finds(finder, s.view(), s.radius, reference.expected));
   }
 }
@@ -840,15 +849,17 @@ TEST(ContactFinder, StopsWhenItIsStopped) {
   EXPECT_TRUE(finds(finder, s.view(), s.radius, ContactReference(s).expected));
 }
 
-// Sets the stop flag at the n-th request for memory, and clears it after the call.
+// Sets the stop flag at the n-th request for memory, and clears it at the next if `brief`.
 class StoppingResource : public CountingResource {
  public:
   std::atomic<bool> stop{false};
   std::size_t left = 0;
+  bool brief = false, was_set = false;
 
  private:
   void* do_allocate(std::size_t bytes, std::size_t alignment) override {
-    if (left != 0 && --left == 0) stop = true;
+    if (brief && stop) stop = false;
+    if (left != 0 && --left == 0) stop = was_set = true;
     return CountingResource::do_allocate(bytes, alignment);
   }
 };
@@ -871,11 +882,42 @@ TEST(ContactFinder, StopsAtAnyPoint) {
     // A stop that comes after the last pair is not seen.
     ASSERT_TRUE(r.ok() || r.status == Status::stopped) << r.message;
     stopped += !r.ok();
+    EXPECT_EQ(finder.candidates().vertex_face.empty(), !r.ok());
     EXPECT_EQ(finder.candidates().edge_edge.empty(), !r.ok());
+    EXPECT_EQ(r.found == 0, !r.ok());
     memory.stop = false;
     ASSERT_TRUE(finds(finder, s.view(), s.radius, reference.expected)) << at;
   }
   EXPECT_GT(stopped, 10u);
+}
+
+// A flag that is set for a while either stops the search or changes nothing.
+TEST(ContactFinder, AWithdrawnStopLeavesNoPartialResult) {
+  ContactScene s = sheet(40, 17);
+  std::size_t stopped = 0;
+  for (const unsigned rings : {0u, 1u}) {
+    s.rings = rings;
+    const ContactReference reference(s);
+    for (std::size_t at = 1; at < 200; ++at) {
+      StoppingResource memory;
+      memory.left = at;
+      memory.brief = true;
+      Options options;
+      options.memory = &memory;
+      options.stop = &memory.stop;
+      options.threads = 1;
+      ContactFinder finder(options);
+      const Result r = finder.find(s.view(), s.radius);
+      if (!memory.was_set) break;  // fewer requests
+      stopped += r.status == Status::stopped;
+      if (r.ok()) {
+        EXPECT_EQ(contact_difference(finder.candidates(), reference.expected), "") << at;
+      } else {
+        EXPECT_EQ(r.status, Status::stopped) << r.message;
+      }
+    }
+  }
+  EXPECT_GT(stopped, 5u);
 }
 
 // Runs tasks in turn on the caller, the last first, and counts calls.
