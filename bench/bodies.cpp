@@ -49,6 +49,7 @@ BodyData make(std::size_t n) {
 template <class F>
 std::vector<double> ns_per_body(int rounds, std::size_t bodies, F&& f) {
   std::vector<double> times;
+  times.reserve(static_cast<std::size_t>(rounds));
   f();
   for (int k = 0; k < rounds; ++k) times.push_back(1e6 * time_ms(f) / static_cast<double>(bodies));
   return times;

@@ -49,7 +49,7 @@ bool valid(const mesh::MeshCall& call, const Options& options, Result& r) noexce
 // The message for an index or a vertex that is not valid.
 void explain_defects(const mesh::MeshCall& call, const mesh::MeshEngine& engine,
                      Result& r) noexcept {
-  const bool second = engine.defects_in_second();
+  const bool second = call.b && engine.defects_in_second();
   const TriangleMesh& mesh = second ? *call.b : *call.a;
   const char* const which = !call.b ? "the mesh" : (second ? "the second mesh" : "the first mesh");
   const mesh::MeshDefects& defects = engine.defects();

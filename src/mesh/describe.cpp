@@ -274,7 +274,7 @@ int orient(const DoubleVec3& a, const DoubleVec3& b, const DoubleVec3& c, int ax
 
 // An axis along which the projection of the common plane or line of the corners is injective.
 int injective_axis(const FlatPolygon& a, const FlatPolygon& b) noexcept {
-  const DoubleVec3* points[6];
+  const DoubleVec3* points[6] = {a.corner[0]};
   int count = 0;
   for (const FlatPolygon* polygon : {&a, &b})
     for (int i = 0; i < polygon->count; ++i) points[count++] = polygon->corner[i];

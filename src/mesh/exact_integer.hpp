@@ -20,6 +20,7 @@ class ExactInteger {
   ExactInteger() noexcept {}  // NOLINT: the limbs in use are none
   ExactInteger(const ExactInteger& other) noexcept { *this = other; }  // NOLINT: as above
   ExactInteger& operator=(const ExactInteger& other) noexcept {
+    if (this == &other) return *this;
     size_ = other.size_;
     is_negative_ = other.is_negative_;
     std::copy(other.limb_, other.limb_ + size_, limb_);

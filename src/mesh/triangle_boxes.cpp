@@ -46,9 +46,7 @@ struct Chunk {
       const std::uint32_t index[3] = {t.a, t.b, t.c};
       const std::uint32_t most = std::max({t.a, t.b, t.c});
       if (most >= vertices) [[unlikely]] {
-        const std::uint32_t* bad =
-            std::find_if(index, index + 3, [this](std::uint32_t v) { return v >= vertices; });
-        add_defect(i, *bad, true);
+        add_defect(i, t.a >= vertices ? t.a : (t.b >= vertices ? t.b : t.c), true);
         continue;
       }
       const Real* const a = mesh.coordinates<Real>(t.a);
