@@ -146,8 +146,11 @@ class Painter {
     for (const Surface& surface : surfaces) {
       const std::size_t step = 1 + surface.triangles.size() / 200000;
       for (std::size_t i = 0; i < surface.triangles.size(); i += step) {
-        const Vector p = surface.points[surface.triangles[i].a];
-        points.push_back({{p.x, p.y, p.z}, {p.x, p.y, p.z}});
+        const Triangle& t = surface.triangles[i];
+        for (const std::uint32_t v : {t.a, t.b, t.c}) {
+          const Vector p = surface.points[v];
+          points.push_back({{p.x, p.y, p.z}, {p.x, p.y, p.z}});
+        }
       }
     }
     return look_at(points.data(), points.size(), 2 * style.width, 2 * style.height, style.azimuth,

@@ -139,7 +139,7 @@ TEST(MeshPicture, MarkedTrianglesAreRed) {
             both = count_red({1, 1}, UpAxis::z);
   EXPECT_EQ(none, 0);
   EXPECT_GT(one, 1000);
-  EXPECT_GE(both, one);
+  EXPECT_NEAR(both, 2 * one, 0.1 * one);
   EXPECT_LT(count_red({1, 1}, UpAxis::x), 300) << "the square lies flat, seen edge on";
   std::filesystem::remove("mesh_picture.png");
 }
