@@ -91,9 +91,7 @@ bool valid_options(double radius, const Options& options, Result& r) noexcept {
                 double{options.margin});
     return refuse(r, Status::bad_option);
   }
-  return valid_executor(options.executor, r) && valid_choices(options, r) &&
-         valid_cell_scale(options.cell_scale, r) && kernels_for(options.isa, "Options::isa", r) &&
-         valid_on_cpu(options, "contact candidates are found", r);
+  return valid_search(options, r) && valid_on_cpu(options, "contact candidates are found", r);
 }
 
 // Of an element that the search found invalid.

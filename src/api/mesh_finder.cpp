@@ -28,11 +28,8 @@ struct MeshFinder::State {
 namespace {
 
 bool valid(const mesh::MeshCall& call, const Options& options, Result& r) noexcept {
-  if (!valid_executor(options.executor, r) || !valid_choices(options, r) ||
-      !valid_on_cpu(options, "triangles are searched", r) ||
-      !kernels_for(options.isa, "Options::isa", r)) {
+  if (!valid_search(options, r) || !valid_on_cpu(options, "triangles are searched", r))
     return false;
-  }
   if (options.margin != 0) {
     set_message(r, "the margin is %g, but a margin is for boxes; use find_within for triangles",
                 double{options.margin});

@@ -113,8 +113,6 @@ bool valid_choice(Enum value, Enum last, const char* option, Result& r) noexcept
   return refuse(r, Status::bad_option);
 }
 
-}  // namespace
-
 bool valid_cell_scale(float scale, Result& r) noexcept {
   if (scale >= 1 / 64.0f && scale <= 64) return true;
   set_message(r,
@@ -122,8 +120,6 @@ bool valid_cell_scale(float scale, Result& r) noexcept {
               double{scale});
   return refuse(r, Status::bad_option);
 }
-
-namespace {
 
 // THRONG_ISA does not name an available instruction set.
 void set_forced_isa_message(Result& r) noexcept {
@@ -183,14 +179,16 @@ bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Res
 
 bool valid(const Boxes& set, Result& r) noexcept { return valid_set(set, "the set", r); }
 
+bool valid_search(const Options& options, Result& r) noexcept {
+  return valid_executor(options.executor, r) && valid_choices(options, r) &&
+         valid_cell_scale(options.cell_scale, r) && kernels_for(options.isa, "Options::isa", r);
+}
+
 namespace {
 
 template <class AnyBoxes>
 bool valid_call(const AnyBoxes& a, const AnyBoxes* b, const Options& options, Result& r) noexcept {
-  if (!valid_executor(options.executor, r) || !valid_choices(options, r) ||
-      !valid_margin(options.margin, r) || !valid_cell_scale(options.cell_scale, r) ||
-      !kernels_for(options.isa, "Options::isa", r))
-    return false;
+  if (!valid_margin(options.margin, r) || !valid_search(options, r)) return false;
   if (!b) return valid_set(a, "the set", r);
   return valid_set(a, "the first set", r) && valid_set(*b, "the second set", r);
 }

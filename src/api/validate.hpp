@@ -14,7 +14,6 @@ struct Kernels;
 namespace throng {
 
 bool valid_margin(float margin, Result& r) noexcept;
-bool valid_cell_scale(float scale, Result& r) noexcept;
 // Checks that each enumeration holds one of its constants.
 bool valid_choices(const Options& options, Result& r) noexcept;
 // Checks that the backend is not a device; `what` names the operation: "a search is explained".
@@ -24,6 +23,10 @@ bool valid_executor(const Executor* executor, Result& r) noexcept;
 // The kernels of an instruction set; null, with status and message, if unavailable. `option` names
 // the option that requested it.
 const grid::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept;
+
+// Checks the options of every search on the CPU: executor, enumerations, cell scale, instruction
+// set.
+bool valid_search(const Options& options, Result& r) noexcept;
 
 // Full check of a call; false, with status and message, if invalid. b null: one set.
 bool valid(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept;
