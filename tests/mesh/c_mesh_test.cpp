@@ -40,11 +40,8 @@ struct Taken {
 
 // Arrays of a mesh for both APIs.
 struct Mesh {
-  explicit Mesh(const SmallMesh& m) : vertices(m.vertices), triangles(m.triangles) {
-    for (const DoubleVec3& p : vertices) {
-      floats.push_back({static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
-    }
-  }
+  explicit Mesh(const SmallMesh& m)
+      : vertices(m.vertices), floats(to_floats(m.vertices)), triangles(m.triangles) {}
   const uint32_t* indices() const { return &triangles[0].a; }
   throng_mesh c_floats() const {
     return throng_mesh_packed(&floats[0].x, floats.size(), indices(), triangles.size());

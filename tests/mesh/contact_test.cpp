@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/mesh_cases.hpp"
 #include "support/configs.hpp"
 #include "support/contact_reference.hpp"
 #include "support/counting_resource.hpp"
@@ -188,9 +189,6 @@ TEST(ContactFinder, LayoutsGiveTheSame) {
       for (double* x : {&p.x, &p.y, &p.z}) *x = static_cast<double>(static_cast<float>(*x));
   std::vector<Node> nodes;
   std::vector<WideNode> wide;
-  const auto to_float = [](const DoubleVec3& p) {
-    return Vec3{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
-  };
   for (std::size_t v = 0; v < scene.start.size(); ++v) {
     scene.group.push_back(v % 3 == 0 ? 1 : 2);
     scene.mask.push_back(v % 5 == 0 ? 1 : 3);

@@ -8,13 +8,9 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 namespace throng::tests {
 namespace {
@@ -260,66 +256,6 @@ TEST(DescribeIntersections, Errors) {
   options.stop = &stop;
   EXPECT_EQ(error_of(other, other, the_pair, Status::stopped, 0, options),
             "throng: stopped by Options::stop");
-}
-
-// The pairs of the recorded cases.
-TEST(DescribeIntersections, KnownCases) {
-  const char* folder = std::getenv("THRONG_DATA");
-  if (!folder) GTEST_SKIP() << "THRONG_DATA does not name the folder of recorded data";
-  std::ifstream file(std::string(folder) + "/triangles.json");
-  ASSERT_TRUE(file) << folder;
-  const nlohmann::json cases = nlohmann::json::parse(file);
-  EXPECT_GE(cases.size(), 21u);
-  struct Wanted {
-    const char* name;
-    Kind kind;
-    int points;
-  };
-  const Wanted wanted[] = {
-      {"coplanar in y, one common point by position (axom 152)", Kind::coplanar, 3},
-      {"coplanar, missed by a published case table (fast-triangle-triangle-intersection 4)",
-       Kind::coplanar, 4},
-      {"coplanar, missed by the paper itself (fast-triangle-triangle-intersection 3)",
-       Kind::coplanar, 4},
-      {"a point and a segment, common end (geometry3Sharp 85)", Kind::coplanar, 1},
-      {"one edge shared, folded onto itself", Kind::coplanar, 3},
-      {"one vertex shared, crossing", Kind::crossing, 2},
-      {"one vertex shared, coplanar, overlapping", Kind::coplanar, 3},
-      {"one vertex shared, edges on one line and overlapping", Kind::touching, 2},
-      {"no vertex shared, corner touches a face", Kind::touching, 1},
-      {"no vertex shared, edges cross in one point", Kind::touching, 2},
-      {"no vertex shared, same positions", Kind::coplanar, 3},
-      {"the same three vertices, other winding", Kind::coplanar, 3},
-      {"huge, crossing", Kind::crossing, 2},
-  };
-  std::size_t described = 0;
-  for (const auto& one : cases) {
-    const std::string name = one["name"];
-    std::vector<DoubleVec3> doubles;
-    std::vector<Vec3> floats;
-    for (const auto& p : one["vertices"]) {
-      doubles.push_back({p[0].get<double>(), p[1].get<double>(), p[2].get<double>()});
-      const DoubleVec3& d = doubles.back();
-      floats.push_back({static_cast<float>(d.x), static_cast<float>(d.y), static_cast<float>(d.z)});
-    }
-    std::vector<Triangle> triangles;
-    for (const auto& t : one["triangles"]) triangles.push_back({t[0], t[1], t[2]});
-    const auto check = [&](const TriangleMesh& mesh, const nlohmann::json& list) {
-      for (const auto& p : list) {
-        const Pair pair = {p[0], p[1]};
-        const auto d = describe_intersections(mesh, mesh, &pair, 1).at(0);
-        const auto* const w = std::find_if(std::begin(wanted), std::end(wanted),
-                                           [&](const Wanted& x) { return name == x.name; });
-        ASSERT_NE(w, std::end(wanted)) << name;
-        EXPECT_EQ(d.kind, w->kind) << name;
-        EXPECT_EQ(d.point_count, w->points) << name;
-        ++described;
-      }
-    };
-    check({floats, triangles}, one["pairs_float32"]);
-    check({doubles, triangles}, one["pairs_float64"]);
-  }
-  EXPECT_EQ(described, 2 * std::size(wanted));
 }
 
 }  // namespace

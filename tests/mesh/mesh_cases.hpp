@@ -14,6 +14,21 @@
 
 namespace throng::tests {
 
+inline Vec3 to_float(const DoubleVec3& p) {
+  return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
+inline std::vector<Vec3> to_floats(const std::vector<DoubleVec3>& points) {
+  std::vector<Vec3> floats;
+  floats.reserve(points.size());
+  for (const DoubleVec3& p : points) floats.push_back(to_float(p));
+  return floats;
+}
+// Each coordinate rounded to a float.
+inline DoubleVec3 rounded_to_float(const DoubleVec3& p) {
+  const Vec3 f = to_float(p);
+  return {static_cast<double>(f.x), static_cast<double>(f.y), static_cast<double>(f.z)};
+}
+
 struct SmallMesh {
   std::vector<DoubleVec3> vertices;
   std::vector<Triangle> triangles;
@@ -106,9 +121,7 @@ inline SmallMesh small_mesh(MeshKind kind, bool floats, std::uint64_t seed,
         const double scale = floats ? 1e38 : 8e307;
         p = {integer(2) * scale, integer(2) * scale, integer(2) * scale};
         if (floats) {
-          p = {static_cast<double>(static_cast<float>(p.x)),
-               static_cast<double>(static_cast<float>(p.y)),
-               static_cast<double>(static_cast<float>(p.z))};
+          p = rounded_to_float(p);
         }
         break;
       }

@@ -46,13 +46,6 @@ std::vector<Pair> pairs_of(const SmallMesh& a, const SmallMesh& b) {
   return pairs;
 }
 
-std::vector<Vec3> as_floats(const std::vector<DoubleVec3>& points) {
-  std::vector<Vec3> floats;
-  for (const DoubleVec3& p : points)
-    floats.push_back({static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
-  return floats;
-}
-
 Options canonical() {
   Options options;
   options.order = Order::canonical;
@@ -68,9 +61,7 @@ SmallMesh soup(std::uint64_t seed, std::size_t triangles = 2000, double size = 0
     const DoubleVec3 c{real(), real(), real()};
     for (int k = 0; k < 3; ++k) {
       const DoubleVec3 p{c.x + size * real(), c.y + size * real(), c.z + size * real()};
-      m.vertices.push_back({static_cast<double>(static_cast<float>(p.x)),
-                            static_cast<double>(static_cast<float>(p.y)),
-                            static_cast<double>(static_cast<float>(p.z))});
+      m.vertices.push_back(rounded_to_float(p));
     }
     m.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   }
@@ -125,7 +116,7 @@ TEST_P(Isas, FindAllPairs) {
                                      options()),
                   between);
         if (!floats) continue;
-        const std::vector<Vec3> v = as_floats(m.vertices), w = as_floats(other.vertices);
+        const std::vector<Vec3> v = to_floats(m.vertices), w = to_floats(other.vertices);
         EXPECT_EQ(find_self_intersections({v, m.triangles}, options()), want);
         EXPECT_EQ(find_intersections({v, m.triangles}, {w, other.triangles}, options()), between);
         // One mesh of floats, one of doubles.
@@ -139,7 +130,7 @@ TEST_P(Isas, FindAllPairs) {
 
 TEST_P(Isas, FindAllPairsOfLargerMeshes) {
   const SmallMesh first = soup(1), second = soup(2), folded = sheet(24);
-  EXPECT_EQ(find_self_intersections({as_floats(first.vertices), first.triangles}, options()),
+  EXPECT_EQ(find_self_intersections({to_floats(first.vertices), first.triangles}, options()),
             pairs_of(first));
   EXPECT_EQ(find_self_intersections({first.vertices, first.triangles}, options()), pairs_of(first));
   EXPECT_EQ(find_self_intersections({folded.vertices, folded.triangles}, options()),
@@ -155,7 +146,7 @@ TEST_P(Isas, FindAllPairsOfLargerMeshes) {
 // On ordinary meshes of floats less than one test in a thousand is exact.
 TEST_P(Isas, RarelyTestExactly) {
   const SmallMesh m = sheet(60);
-  const std::vector<Vec3> v = as_floats(m.vertices);
+  const std::vector<Vec3> v = to_floats(m.vertices);
   MeshFinder finder(options());
   const MeshResult r = finder.find({v, m.triangles});
   ASSERT_TRUE(r.ok()) << r.message;
@@ -181,7 +172,7 @@ TEST(MeshFinder, LayoutsGiveTheSamePairs) {
     Triangle triangle;
   };
   std::vector<Vertex> vertices;
-  for (const Vec3& p : as_floats(m.vertices)) vertices.push_back({NAN, p, {}});
+  for (const Vec3& p : to_floats(m.vertices)) vertices.push_back({NAN, p, {}});
   std::vector<Face> faces;
   for (const Triangle& t : m.triangles) faces.push_back({{}, t});
   const TriangleMesh view(Vertices(&vertices[0].position, vertices.size(), sizeof(Vertex)),
@@ -239,7 +230,7 @@ TEST(MeshFinder, FormsAndOrdersGiveTheSamePairs) {
 TEST(MeshFinder, CandidatesAreTheOverlappingBoxes) {
   const SmallMesh m = soup(4);
   std::vector<Box> boxes;
-  const std::vector<Vec3> v = as_floats(m.vertices);
+  const std::vector<Vec3> v = to_floats(m.vertices);
   for (const Triangle& t : m.triangles) {
     const Vec3 &a = v[t.a], &b = v[t.b], &c = v[t.c];
     boxes.push_back(
@@ -287,7 +278,7 @@ TEST(MeshFinder, ATransformMovesAMesh) {
     };
     p = {row(turn.row[0]), row(turn.row[1]), row(turn.row[2])};
   }
-  const std::vector<Vec3> v = as_floats(a.vertices), w = as_floats(b.vertices);
+  const std::vector<Vec3> v = to_floats(a.vertices), w = to_floats(b.vertices);
   TriangleMesh placed(w, b.triangles);
   placed.transform = turn;
   EXPECT_EQ(find_intersections({v, a.triangles}, placed, canonical()), pairs_of(a, turned));
@@ -334,7 +325,7 @@ void expect_error(const TriangleMesh& view, Status status, const char* text,
 
 TEST(MeshFinder, NamesTheFirstBadTriangle) {
   SmallMesh m = sheet(30);
-  std::vector<Vec3> v = as_floats(m.vertices);
+  std::vector<Vec3> v = to_floats(m.vertices);
   m.triangles[500].b = static_cast<std::uint32_t>(v.size());
   m.triangles[700].c = ~0u;
   expect_error(
@@ -364,14 +355,14 @@ TEST(MeshFinder, NamesTheFirstBadTriangle) {
 
 TEST(MeshFinder, UnusedVerticesMayBeAnything) {
   const SmallMesh m = sheet(10);
-  std::vector<Vec3> v = as_floats(m.vertices);
+  std::vector<Vec3> v = to_floats(m.vertices);
   v.push_back({NAN, INFINITY, 0});
   EXPECT_EQ(find_self_intersections({v, m.triangles}, canonical()), pairs_of(m));
 }
 
 TEST(MeshFinder, RefusesWhatItCannotRead) {
   const SmallMesh m = sheet(4);
-  const std::vector<Vec3> v = as_floats(m.vertices);
+  const std::vector<Vec3> v = to_floats(m.vertices);
   expect_error(TriangleMesh(v, nullptr, 3), Status::bad_mesh, "array is null");
   expect_error(TriangleMesh(Vertices(static_cast<const Vec3*>(nullptr), 9), m.triangles),
                Status::bad_mesh, "vertices but their array is null");
@@ -387,6 +378,9 @@ TEST(MeshFinder, RefusesWhatItCannotRead) {
   Options options;
   options.margin = 1;
   expect_error({v, m.triangles}, Status::bad_option, "use find_within", options);
+  options.margin = 0;
+  options.cell_scale = 0;
+  expect_error({v, m.triangles}, Status::bad_option, "the cell scale is 0", options);
   TriangleMesh filtered(v, m.triangles);
   const std::uint32_t one = 1;
   filtered.filters.group = {&one, 1};
@@ -429,7 +423,7 @@ TEST(MeshFinder, StopsWhenItIsStopped) {
 
 TEST(MeshFinder, AMemoryCapHoldsOrNamesWhatIsNeeded) {
   const SmallMesh m = soup(9, 20'000, 0.05);
-  const std::vector<Vec3> v = as_floats(m.vertices);
+  const std::vector<Vec3> v = to_floats(m.vertices);
   for (const Order order : {Order::any, Order::canonical}) {
     Options options;
     options.order = order;

@@ -78,11 +78,8 @@ TEST_P(Kinds, TheSearchFindsThePairsOfRationalNumbers) {
       options.order = Order::canonical;
       EXPECT_EQ(find_self_intersections({mesh.vertices, mesh.triangles}, options), want) << seed;
       if (!floats) continue;
-      std::vector<Vec3> vertices;
-      for (const DoubleVec3& p : mesh.vertices)
-        vertices.push_back(
-            {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
-      EXPECT_EQ(find_self_intersections({vertices, mesh.triangles}, options), want) << seed;
+      EXPECT_EQ(find_self_intersections({to_floats(mesh.vertices), mesh.triangles}, options), want)
+          << seed;
     }
   }
 }
