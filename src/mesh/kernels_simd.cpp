@@ -5,11 +5,8 @@
 // the exact test.
 #if defined(THRONG_HIGHWAY)
 
-// See grid/sweep/kernels_simd.cpp.
-#define HWY_WANT_AVX3_DL
-#define HWY_DISABLED_TARGETS                                                                     \
-  ((1LL << 12) | (1LL << 8) | (1LL << 6) | (1LL << 5) | (1LL << 4) | (1LL << 24) | (1LL << 25) | \
-   (1LL << 26) | (1LL << 27))
+#include "base/highway_targets.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "mesh/kernels_simd.cpp"
 #include <hwy/foreach_target.h>  // IWYU pragma: keep

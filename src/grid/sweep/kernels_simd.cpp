@@ -4,13 +4,8 @@
 // least difference says whether the boxes overlap, are separate, or tie.
 #if defined(THRONG_HIGHWAY)
 
-// Built: SSE4, AVX2, AVX-512 (as of Ice Lake and Zen 4, which compress bytes; earlier AVX-512
-// processors use AVX2), NEON. Disabled by bit, as old releases do not name them all: SSSE3, other
-// AVX-512 sets, SVE.
-#define HWY_WANT_AVX3_DL
-#define HWY_DISABLED_TARGETS                                                                     \
-  ((1LL << 12) | (1LL << 8) | (1LL << 6) | (1LL << 5) | (1LL << 4) | (1LL << 24) | (1LL << 25) | \
-   (1LL << 26) | (1LL << 27))
+#include "base/highway_targets.hpp"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "grid/sweep/kernels_simd.cpp"
 #include <hwy/foreach_target.h>  // IWYU pragma: keep
