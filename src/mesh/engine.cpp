@@ -9,6 +9,7 @@
 #include "mesh/distance.hpp"
 #include "mesh/pair_kernels.hpp"
 #include "mesh/plane_filter.hpp"
+#include "mesh/shared_vertices.hpp"
 #include "mesh/transform.hpp"
 
 namespace throng::mesh {
@@ -48,11 +49,6 @@ class IntersectionTest final : public CountingTest {
   const PairKernels& kernels_;
 };
 
-bool share_vertex(const Triangle& a, const Triangle& b) noexcept {
-  const auto in_b = [&b](std::uint32_t i) { return (i == b.a) | (i == b.b) | (i == b.c); };
-  return in_b(a.a) | in_b(a.b) | in_b(a.c);
-}
-
 class DistanceTest final : public CountingTest {
  public:
   DistanceTest(const PairInput& input, double distance) noexcept
@@ -70,7 +66,7 @@ class DistanceTest final : public CountingTest {
     for (std::size_t i = 0; i < count; ++i) {
       const Pair pair = pairs[i];
       const Triangle a = input_.a.triangle(pair.first), b = input_.b.triangle(pair.second);
-      if (input_.one_mesh && share_vertex(a, b)) continue;
+      if (input_.one_mesh && equal_indices(a, b) != 0) continue;
       if (!triangles_within(input_.a.points<Real>(a), input_.b.points<Real>(b), distance_))
         continue;
       pairs[kept++] = pair;
