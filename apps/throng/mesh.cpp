@@ -19,6 +19,7 @@
 #include "apps/throng/console.hpp"
 #include "apps/throng/failure.hpp"
 #include "apps/throng/mesh_search.hpp"
+#include "apps/throng/report_json.hpp"
 #include "apps/throng/search_options.hpp"
 
 namespace throng::cli {
@@ -50,8 +51,6 @@ struct Arguments {
   SearchArguments search;
   std::size_t repeat = 1;
 };
-
-std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
 
 NamedMesh read(const std::string& path, bool doubles) {
   try {
@@ -113,17 +112,7 @@ Json to_json(const MeshSearchReport& report, const Arguments& arguments, const N
   if (b != nullptr) json["triangles_in_pairs_b"] = report.marked_triangles_b;
   json["candidates"] = report.candidates;
   json["exact_tests"] = report.exact_tests;
-  json["backend"] = to_string(report.plan.backend);
-  json["algorithm"] = to_string(report.plan.algorithm);
-  json["isa"] = to_string(report.plan.isa);
-  json["threads"] = report.plan.threads;
-  json["total_ms"] = report.total_ms;
-  json["first_ms"] = report.first_ms;
-  json["stages_ms"] = {{"plan", report.stages.plan_ms},
-                       {"bin", report.stages.bin_ms},
-                       {"find", report.stages.find_ms},
-                       {"order", report.stages.order_ms},
-                       {"total", report.stages.total_ms}};
+  add_plan_and_times(json, report.plan, report.total_ms, report.first_ms, report.stages);
   json["kinds_ms"] = report.kinds_ms;
   json["peak_bytes"] = report.peak_bytes ? Json(*report.peak_bytes) : Json(nullptr);
   return json;

@@ -10,6 +10,7 @@
 #include "apps/throng/commands.hpp"
 #include "apps/throng/console.hpp"
 #include "apps/throng/failure.hpp"
+#include "apps/throng/report_json.hpp"
 #include "apps/throng/search.hpp"
 
 namespace throng::cli {
@@ -43,8 +44,6 @@ struct Arguments {
   bool json = false;
 };
 
-std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
-
 Json to_json(const SearchReport& report) {
   const FrameReport sum = report.sum();
   Json json;
@@ -53,17 +52,7 @@ Json to_json(const SearchReport& report) {
   json["pairs"] = sum.pairs;
   json["checksum"] = hex(sum.checksum);
   json["inactive"] = sum.inactive;
-  json["backend"] = to_string(report.plan.backend);
-  json["algorithm"] = to_string(report.plan.algorithm);
-  json["isa"] = to_string(report.plan.isa);
-  json["threads"] = report.plan.threads;
-  json["total_ms"] = sum.total_ms;
-  json["first_ms"] = report.first_ms;
-  json["stages_ms"] = {{"plan", sum.stages.plan_ms},
-                       {"bin", sum.stages.bin_ms},
-                       {"find", sum.stages.find_ms},
-                       {"order", sum.stages.order_ms},
-                       {"total", sum.stages.total_ms}};
+  add_plan_and_times(json, report.plan, sum.total_ms, report.first_ms, sum.stages);
   json["peak_bytes"] = report.peak_bytes ? Json(*report.peak_bytes) : Json(nullptr);
   json["comparisons"] = sum.comparisons;
   json["visited"] = sum.visited;
