@@ -69,7 +69,7 @@ struct Approximate {
   double error;
 };
 
-// The determinant whose sign tells the side of x, by exact differences and rounded products and
+// The determinant whose sign is the side of x, by exact differences and rounded products and
 // sums. A term takes part in at most five operations, with a relative error of 2^-102 each, and
 // the sum of the terms' magnitudes is rounded up by the factor 2^-98 / (5 * 2^-102) > 3.
 Approximate approximate_side(const Crossing& c, const DoubleVec3& x) noexcept {

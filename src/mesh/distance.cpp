@@ -5,7 +5,7 @@
 namespace throng::mesh {
 namespace {
 
-// Comparisons of distances with `limit`, the square of the distance asked for. All are exact.
+// Comparisons of distances with `limit`, the square of the requested distance. All are exact.
 class Comparison {
  public:
   explicit Comparison(const ExactInteger& limit) noexcept : limit_(limit) {}
