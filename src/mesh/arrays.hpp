@@ -41,8 +41,9 @@ struct PairInput {
   MeshArrays a, b;
   bool one_mesh = true;  // b is a: the rule for shared vertices applies
   bool is_float = true;
-  // Coordinates are so large that the floating-point filter may overflow: all tests are exact.
-  bool exact_only = false;
+  // Coordinates are so large that a filter may overflow: that of floats, and that of doubles. In
+  // the second case all tests are exact.
+  bool large_floats = false, exact_only = false;
 };
 
 }  // namespace throng::mesh

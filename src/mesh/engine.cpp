@@ -160,7 +160,8 @@ MeshResult MeshEngine::find(const MeshCall& call, const Options& options, base::
       sides[side] = Boxes(to, mesh.size());
       sides[side].filters = mesh.filters;
     }
-    input.exact_only = !(largest <= largest_filtered);
+    input.large_floats = !(largest <= double{Bounds<float>::largest});
+    input.exact_only = !(largest <= Bounds<double>::largest);
   } catch (const base::AllocationFailed& failure) {
     r.status = Status::out_of_memory;
     r.bytes_needed = failure.bytes;

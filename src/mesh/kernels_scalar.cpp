@@ -1,4 +1,4 @@
-// The scalar test of candidate pairs, and the exact test.
+// The scalar test of candidate pairs: a filter of doubles, then the exact rule.
 #include <algorithm>
 
 #include "base/prefetch.hpp"
@@ -37,18 +37,24 @@ Decision decide(const PairInput& input, Pair pair) noexcept {
 }
 
 template <class Real>
+bool decide_fully(const PairInput& input, Pair pair, std::uint64_t& exact_tests) noexcept {
+  if (!input.exact_only) {
+    const Decision decision = decide<Real>(input, pair);
+    if (decision != Decision::unsure) [[likely]]
+      return decision == Decision::yes;
+  }
+  ++exact_tests;
+  return exact<Real>(input, pair);
+}
+
+template <class Real>
 std::size_t keep(const PairInput& input, Pair* pairs, std::size_t count,
                  std::uint64_t& exact_tests) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Pair pair = pairs[i];
-    Decision decision = input.exact_only ? Decision::unsure : decide<Real>(input, pair);
-    if (decision == Decision::unsure) [[unlikely]] {
-      ++exact_tests;
-      decision = exact<Real>(input, pair) ? Decision::yes : Decision::no;
-    }
     pairs[kept] = pair;
-    kept += decision == Decision::yes;
+    kept += decide_fully<Real>(input, pair, exact_tests);
   }
   return kept;
 }
@@ -61,8 +67,9 @@ std::size_t keep_any(const PairInput& input, Pair* pairs, std::size_t count,
 
 }  // namespace
 
-bool exact_test(const PairInput& input, Pair pair) noexcept {
-  return input.is_float ? exact<float>(input, pair) : exact<double>(input, pair);
+bool decide_pair(const PairInput& input, Pair pair, std::uint64_t& exact_tests) noexcept {
+  return input.is_float ? decide_fully<float>(input, pair, exact_tests)
+                        : decide_fully<double>(input, pair, exact_tests);
 }
 
 const PairKernels scalar_pair_kernels = {Isa::scalar, keep_any};

@@ -22,7 +22,7 @@ struct PairKernels {
 const PairKernels* simd_pair_kernels(Isa isa) noexcept;
 extern const PairKernels scalar_pair_kernels;
 
-// The exact test of one candidate.
-bool exact_test(const PairInput& input, Pair pair) noexcept;
+// One candidate, by the filter of doubles or by the exact rule, which is counted.
+bool decide_pair(const PairInput& input, Pair pair, std::uint64_t& exact_tests) noexcept;
 
 }  // namespace throng::mesh

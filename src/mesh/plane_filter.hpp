@@ -1,20 +1,33 @@
-// The floating-point filter of the intersection tests: the side of a plane, or uncertain.
+// The floating-point filters of the intersection tests: signs that are certain, or unknown.
 //
-// For a plane through q, r and s and a point x let
+// Real is float or double, with precision u = 2^-24 or 2^-53. The filters are used if all
+// coordinates have type Real and are at most Bounds<Real>::largest in magnitude. Then nothing
+// overflows. Differences and sums have a relative error of at most u and never underflow with an
+// error. Products have one of at most u, or an absolute error of at most h, half the smallest
+// denormal: 2^-150 or 2^-1075. Flushing of denormals is off.
+//
+// A side of a plane, of degree 3. For a plane through q, r and s and a point x let
 //   n = (r - q) x (s - q),  m = the same with the sums of magnitudes |u v| + |u' v'|,
 //   value = n . (x - q),    magnitude = m . |x - q|.
-// Let u = 2^-53. Differences, products and sums each have a relative error of at most u, except for
-// underflow, as nothing overflows (below). Following the operations, each of the six triple
-// products passes a chain of 3 differences, 1 + 1 products and 1 + 2 sums: value is off by at most
-// (8u + O(u^2)) times the exact sum of magnitudes, and `magnitude` is at least (1 - 8u) of that
-// sum. So if |value| > 9u magnitude, value has the sign of the exact determinant.
+// Without underflow, following the operations, each of the six triple products passes a chain of 3
+// differences, 1 + 1 products and 1 + 2 sums: value is off by at most (8u + O(u^2)) times the exact
+// sum of magnitudes, and `magnitude` is at least (1 - 8u) of that sum. So if |value| > 9u
+// magnitude, value has the sign of the exact determinant. Underflow: an error of h in a product of
+// n is multiplied by a difference of at most 2 largest; there are six in n and three in value.
+// Together they are below 16 largest h, which Bounds::triple exceeds.
 //
-// The filter is used if all coordinates are at most 2^300 in magnitude. Then nothing overflows. A
-// product that underflows has an absolute error of at most 2^-1074. Such an error of a component of
-// n is multiplied by a difference of at most 2^301; there are six in n and three in value, so
-// together they are below 2^-768. underflow_bound is added for them. Differences and sums never
-// underflow with an error. Coordinates that are floats are multiples of 2^-149, so a determinant
-// that is not 0 is at least 2^-447 in magnitude: the bound decides nothing there.
+// Products of two differences. E, A and so on are the largest magnitudes of the components of
+// computed differences e and a.
+// - e_y a_z - e_z a_y: each product passes two differences and a product, both one difference. The
+//   error is at most 2 E A 3u + u 2 E A = 8u E A + O(u^2). 9u E A bounds it.
+// - w . e for any numbers w: the products pass one difference, a product and two sums. The error is
+//   at most 4u 3 W E = 12u W E + O(u^2). 13u W E bounds it, and 27u W E bounds the error of the
+//   difference of two.
+// Underflow adds at most 6h, which Bounds::product exceeds.
+//
+// Determinants of floats that are not 0 may be smaller than Bounds<float>::triple; filters of
+// floats decide nothing there. A filter of doubles decides them: they are multiples of 2^-447.
+
 #pragma once
 
 #include <cmath>
@@ -25,13 +38,89 @@
 
 namespace throng::mesh {
 
-constexpr double relative_bound = 9 * 0x1p-53;
-constexpr double underflow_bound = 0x1p-760;
-constexpr double largest_filtered = 0x1p300;
+template <class Real>
+struct Bounds;
+template <>
+struct Bounds<float> {
+  static constexpr float unit = 0x1p-24f, largest = 0x1p36f, triple = 0x1p-109f,
+                         product = 0x1p-146f;
+};
+template <>
+struct Bounds<double> {
+  static constexpr double unit = 0x1p-53, largest = 0x1p300, triple = 0x1p-760, product = 0x1p-1070;
+};
+// Factors of the unit; see above.
+constexpr int side_error = 9, cross_error = 9, dot_error = 13, two_dots_error = 27;
 
 THRONG_HD inline DoubleVec3 minus(const DoubleVec3& a, const DoubleVec3& b) noexcept {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
+THRONG_HD inline DoubleVec3 plus(const DoubleVec3& a, const DoubleVec3& b) noexcept {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+THRONG_HD inline double dot(const DoubleVec3& a, const DoubleVec3& b) noexcept {
+  return (a.x * b.x + a.y * b.y) + a.z * b.z;
+}
+THRONG_HD inline double larger(double a, double b) noexcept { return a > b ? a : b; }
+THRONG_HD inline double smaller(double a, double b) noexcept { return a < b ? a : b; }
+THRONG_HD inline double largest_magnitude(const DoubleVec3& a) noexcept {
+  return larger(larger(std::fabs(a.x), std::fabs(a.y)), std::fabs(a.z));
+}
+
+// ---- what most candidates of a mesh take: they are neighbours, or near one another
+// ---------------
+//
+// Each function returns true only if the triangles have no common point but the vertices that they
+// share. Coplanar triangles are decided, too.
+
+// Triangles (p, q, a) and (p, q, b); e, u, v: q - p, a - p, b - p. They are apart if along one axis
+// their projections lie on opposite sides of the edge: a point of a triangle that is projected onto
+// the line of the edge lies on the edge.
+THRONG_HD inline bool apart_at_edge(const DoubleVec3& e, const DoubleVec3& u,
+                                    const DoubleVec3& v) noexcept {
+  using B = Bounds<double>;
+  const double bound =
+      cross_error * B::unit *
+          (largest_magnitude(e) * larger(largest_magnitude(u), largest_magnitude(v))) +
+      B::product;
+  const auto opposite = [bound](double n, double m) {
+    return ((n > bound) & (m > bound)) | ((n < -bound) & (m < -bound));
+  };
+  return opposite(e.y * u.z - e.z * u.y, v.y * e.z - v.z * e.y) |
+         opposite(e.z * u.x - e.x * u.z, v.z * e.x - v.x * e.z) |
+         opposite(e.x * u.y - e.y * u.x, v.x * e.y - v.y * e.x);
+}
+
+// Triangles (p, a1, a2) and (p, b1, b2); u1, u2, v1, v2: the others relative to p. They are apart
+// if a plane through p has the first on its one side and the second on the other. One is tried,
+// across the line through both centers.
+THRONG_HD inline bool apart_at_vertex(const DoubleVec3& u1, const DoubleVec3& u2,
+                                      const DoubleVec3& v1, const DoubleVec3& v2) noexcept {
+  using B = Bounds<double>;
+  const DoubleVec3 w = minus(plus(u1, u2), plus(v1, v2));
+  const double most = larger(larger(largest_magnitude(u1), largest_magnitude(u2)),
+                             larger(largest_magnitude(v1), largest_magnitude(v2)));
+  const double bound = dot_error * B::unit * (largest_magnitude(w) * most) + B::product;
+  return (dot(w, u1) > bound) & (dot(w, u2) > bound) & (dot(w, v1) < -bound) &
+         (dot(w, v2) < -bound);
+}
+
+// Triangles (p, a1, a2) and (b0, b1, b2); u1, u2, v0, v1, v2: the others relative to p. The same
+// with any plane across the line through both centers.
+THRONG_HD inline bool apart_across(const DoubleVec3& u1, const DoubleVec3& u2, const DoubleVec3& v0,
+                                   const DoubleVec3& v1, const DoubleVec3& v2) noexcept {
+  using B = Bounds<double>;
+  const DoubleVec3 w = minus(plus(u1, u2), plus(plus(v0, v1), v2));
+  const double most =
+      larger(larger(largest_magnitude(u1), largest_magnitude(u2)),
+             larger(larger(largest_magnitude(v0), largest_magnitude(v1)), largest_magnitude(v2)));
+  const double bound = two_dots_error * B::unit * (largest_magnitude(w) * most) + B::product;
+  const double least_a = smaller(smaller(dot(w, u1), dot(w, u2)), 0.0);
+  const double most_b = larger(larger(dot(w, v0), dot(w, v1)), dot(w, v2));
+  return least_a - most_b > bound;
+}
+
+// ---- signs of determinants ----------------------------------------------------------------------
 
 // A plane through a point of origin, spanned by two vectors from there.
 class PlaneFilter {
@@ -44,7 +133,7 @@ class PlaneFilter {
     const double value = (normal_.x * x.x + normal_.y * x.y) + normal_.z * x.z;
     const double magnitude = (magnitude_.x * std::fabs(x.x) + magnitude_.y * std::fabs(x.y)) +
                              magnitude_.z * std::fabs(x.z);
-    const double bound = relative_bound * magnitude + underflow_bound;
+    const double bound = side_error * Bounds<double>::unit * magnitude + Bounds<double>::triple;
     return (value > bound) - (value < -bound);
   }
 
@@ -68,8 +157,9 @@ enum class Decision : signed char { no, yes, unsure };
 // Triangles (p, q, a) and (p, q, b): unless all points are coplanar, they meet in the edge alone.
 THRONG_HD inline Decision decide_beyond_edge(const DoubleVec3& p, const DoubleVec3& q,
                                              const DoubleVec3& a, const DoubleVec3& b) noexcept {
-  const PlaneFilter plane(minus(q, p), minus(a, p));
-  return plane.side(minus(b, p)) != 0 ? Decision::no : Decision::unsure;
+  const DoubleVec3 e = minus(q, p), u = minus(a, p), v = minus(b, p);
+  if (apart_at_edge(e, u, v)) return Decision::no;
+  return PlaneFilter(e, u).side(v) != 0 ? Decision::no : Decision::unsure;
 }
 
 // From the sides of a1 and a2 at the plane of b and of b1 and b2 at that of a: see
@@ -85,6 +175,7 @@ THRONG_HD inline Decision decide_beyond_vertex(const DoubleVec3& p, const Double
                                                const DoubleVec3& a2, const DoubleVec3& b1,
                                                const DoubleVec3& b2) noexcept {
   const DoubleVec3 u1 = minus(a1, p), u2 = minus(a2, p), v1 = minus(b1, p), v2 = minus(b2, p);
+  if (apart_at_vertex(u1, u2, v1, v2)) return Decision::no;
   const PlaneFilter a(u1, u2), b(v1, v2);
   return decide_by_sides(b.side(u1), b.side(u2), a.side(v1), a.side(v2));
 }
@@ -123,6 +214,9 @@ THRONG_HD inline CrossingOrder crossing_order(const int (&of_a)[3], const int (&
 // intervals overlap.
 THRONG_HD inline Decision decide_meeting(const DoubleVec3 (&a)[3],
                                          const DoubleVec3 (&b)[3]) noexcept {
+  if (apart_across(minus(a[1], a[0]), minus(a[2], a[0]), minus(b[0], a[0]), minus(b[1], a[0]),
+                   minus(b[2], a[0])))
+    return Decision::no;
   const PlaneFilter plane_b(minus(b[1], b[0]), minus(b[2], b[0]));
   int of_a[3], of_b[3];
   for (int i = 0; i < 3; ++i) of_a[i] = plane_b.side(minus(a[i], b[0]));

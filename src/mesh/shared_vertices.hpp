@@ -69,4 +69,22 @@ inline constexpr std::array<SharedVertices, 512> shared_vertices_table = [] {
   return table;
 }();
 
+// The orders of shared_vertices_table for vectors of bytes: byte n of the ordered indices is byte
+// a[n] of a's, in the order of memory. a[12] is the Sharing, the rest is any.
+struct VertexOrder {
+  alignas(16) std::uint8_t a[16], b[16];
+};
+inline constexpr std::array<VertexOrder, 512> vertex_orders = [] {
+  std::array<VertexOrder, 512> table{};
+  for (unsigned equal = 0; equal < 512; ++equal) {
+    const SharedVertices& shared = shared_vertices_table[equal];
+    table[equal].a[12] = static_cast<std::uint8_t>(shared.sharing);
+    for (unsigned n = 0; n < 12; ++n) {
+      table[equal].a[n] = static_cast<std::uint8_t>(4 * shared.a[n / 4] + n % 4);
+      table[equal].b[n] = static_cast<std::uint8_t>(4 * shared.b[n / 4] + n % 4);
+    }
+  }
+  return table;
+}();
+
 }  // namespace throng::mesh

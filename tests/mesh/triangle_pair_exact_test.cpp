@@ -118,7 +118,7 @@ TEST(PlaneFilter, ADecisionIsExact) {
             most = std::max({most, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
           return most;
         };
-        if (std::max(largest(a), largest(b)) > mesh::largest_filtered) continue;
+        if (std::max(largest(a), largest(b)) > mesh::Bounds<double>::largest) continue;
         const mesh::TrianglePoints pa = points_of(a), pb = points_of(b);
         const mesh::Decision meet = mesh::decide_meeting(pa.p, pb.p);
         if (meet != mesh::Decision::unsure) {
