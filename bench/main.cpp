@@ -32,6 +32,7 @@ constexpr Subcommand subcommands[] = {
     {"filters", filters_command, "Searches with groups, masks, owners, worlds and static boxes"},
     {"doubles", doubles_command, "Boxes of doubles"},
     {"bodies", bodies_command, "Boxes computed from transforms and shapes"},
+    {"mesh", mesh_command, "Intersecting triangles of meshes"},
     {"frames", frames_command, "One method through the frames of a scene, a line per frame"},
 #if defined(THRONG_BENCH_GPU)
     {"gpu", gpu_command, "The CUDA backend, boxes and pairs in device memory"},

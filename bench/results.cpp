@@ -49,9 +49,13 @@ std::string number(double value) {
 std::string number_or_empty(double value) { return value == 0 ? "" : number(value); }
 
 std::string readable(const Row& r) {
-  return r.metric.size() > 6 && r.metric.compare(r.metric.size() - 6, 6, "_bytes") == 0
-             ? report::format_bytes(r.value)
-             : report::format_ms(r.value);
+  const auto ends_in = [&](const std::string& unit) {
+    return r.metric.size() > unit.size() &&
+           r.metric.compare(r.metric.size() - unit.size(), unit.size(), unit) == 0;
+  };
+  if (ends_in("_bytes")) return report::format_bytes(r.value);
+  if (ends_in("_count")) return report::format_count(static_cast<std::uint64_t>(r.value));
+  return report::format_ms(r.value);
 }
 
 }  // namespace
@@ -100,7 +104,7 @@ report::Table table(const std::string& title, const std::vector<Row>& rows) {
   for (const Row& r : rows)
     if (std::find(metrics.begin(), metrics.end(), r.metric) == metrics.end())
       metrics.push_back(r.metric);
-  std::vector<std::string> columns = {"case", "boxes", "setting", "library", "threads"};
+  std::vector<std::string> columns = {"case", "objects", "setting", "library", "threads"};
   columns.insert(columns.end(), metrics.begin(), metrics.end());
   columns.emplace_back("found");
   report::Table t(title, columns);

@@ -20,6 +20,7 @@ int queries_command(int argc, char** argv);
 int filters_command(int argc, char** argv);
 int doubles_command(int argc, char** argv);
 int bodies_command(int argc, char** argv);
+int mesh_command(int argc, char** argv);
 int frames_command(int argc, char** argv);
 int gpu_command(int argc, char** argv);
 

@@ -160,6 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
         Lines{"queries", "--max-objects", "1000", "--rounds", "2", "--only", "uniform; 1 % move"},
         Lines{"filters", "--max-objects", "1000", "--rounds", "2", "--threads", "2"},
         Lines{"doubles", "--max-objects", "1000", "--rounds", "2"},
+        Lines{"mesh", "--max-objects", "1000", "--rounds", "2"},
         Lines{"bodies", "--max-objects", "1000", "--rounds", "2"}),
     [](const auto& each) { return each.param[0]; });
 
@@ -167,7 +168,7 @@ TEST(Commands, SearchIsTheDefault) {
   const Output help = run({"--help"});
   ASSERT_EQ(help.status, 0);
   for (const char* name :
-       {"search", "moving", "queries", "filters", "doubles", "bodies", "frames"}) {
+       {"search", "moving", "queries", "filters", "doubles", "bodies", "mesh", "frames"}) {
     const auto names = [&](const std::string& line) {
       return line.rfind(std::string("  ") + name + " ", 0) == 0;
     };
