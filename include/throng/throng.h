@@ -437,10 +437,73 @@ THRONG_API throng_status throng_mesh_finder_consume_within(
 THRONG_API const throng_pair* throng_mesh_finder_pairs(const throng_mesh_finder* finder,
                                                        size_t* count);
 
+enum {
+  THRONG_INTERSECTION_CROSSING, /* not coplanar; a common point is on no edge of either triangle */
+  THRONG_INTERSECTION_TOUCHING, /* not coplanar otherwise */
+  THRONG_INTERSECTION_COPLANAR  /* all six vertices lie in one plane */
+};
+/* The intersection of two triangles: a point, the ends of a segment, or the corners of a convex
+ * polygon, in the order in which the first triangle winds. */
+typedef struct throng_intersection {
+  uint8_t kind;        /* one of THRONG_INTERSECTION_* */
+  uint8_t point_count; /* 1 to 6; 0: they do not intersect */
+  double points[6][3]; /* the first point_count are set */
+} throng_intersection;
+
+/* Describes the intersection of each of `count` pairs in out[0 .. count-1]; `b` NULL: pairs within
+ * `a`. `kind` and `point_count` are exact; each coordinate is the exact one rounded to nearest.
+ * Vertices that two triangles of one mesh share are points as any other. The pairs of the finder
+ * stay. THRONG_BAD_MESH also for a pair out of range. */
+THRONG_API throng_status throng_mesh_finder_describe(throng_mesh_finder* finder,
+                                                     const throng_mesh* a, const throng_mesh* b,
+                                                     const throng_pair* pairs, size_t count,
+                                                     throng_intersection* out);
+
 /* The result of the last call, valid until the next. */
 THRONG_API const throng_result* throng_mesh_finder_result(const throng_mesh_finder* finder);
 THRONG_API void throng_mesh_finder_stop(throng_mesh_finder* finder); /* as throng_finder_stop */
 THRONG_API size_t throng_mesh_finder_memory_bytes(const throng_mesh_finder* finder);
+
+/* Candidates for contact and continuous collision detection. A moving mesh: each vertex moves from
+ * `start` to `end` along a line. */
+typedef struct throng_contact_mesh {
+  throng_vertices start; /* all are elements; one of no edge and no face that is not finite takes no
+                            part, see throng_result.inactive */
+  throng_vertices end;   /* as many as `start`; zeros: nothing moves */
+  throng_elements edges;
+  throng_elements faces;
+  int dimension;  /* 3 or 0: vertex-face and edge-edge candidates. 2: edge-vertex candidates; z and
+                     faces are not used */
+  unsigned rings; /* elements that share a vertex are no candidates; with n rings, neither are those
+                     with two vertices that are joined by at most n edges */
+  throng_strided group, mask; /* uint32_t per vertex; two elements are candidates if any two of
+                                 their vertices may collide */
+} throng_contact_mesh;
+
+/* Keeps its memory from call to call. Errors: THRONG_BAD_MESH; first_invalid is the index of an
+ * edge, or of a face if all edges are valid. The options nan, inverted and memory_cap_bytes are not
+ * used; margin must be 0. */
+typedef struct throng_contact_finder throng_contact_finder;
+
+/* As throng_finder_create and throng_finder_destroy. */
+THRONG_API throng_contact_finder* throng_contact_finder_create(const throng_options* options);
+THRONG_API void throng_contact_finder_destroy(throng_contact_finder* finder);
+/* Finds exactly the pairs of elements whose boxes overlap. The box of an element contains its
+ * vertices at start and end, enlarged by `radius` on every side, rounded outward. `found` is the
+ * number of candidates of all kinds. */
+THRONG_API throng_status throng_contact_finder_find(throng_contact_finder* finder,
+                                                    const throng_contact_mesh* mesh, double radius);
+/* The candidates of the last call, valid until the next: vertex and face; two edges, first <
+ * second; edge and vertex. `count` may be NULL. */
+THRONG_API const throng_pair* throng_contact_finder_vertex_face(const throng_contact_finder* finder,
+                                                                size_t* count);
+THRONG_API const throng_pair* throng_contact_finder_edge_edge(const throng_contact_finder* finder,
+                                                              size_t* count);
+THRONG_API const throng_pair* throng_contact_finder_edge_vertex(const throng_contact_finder* finder,
+                                                                size_t* count);
+THRONG_API const throng_result* throng_contact_finder_result(const throng_contact_finder* finder);
+THRONG_API void throng_contact_finder_stop(throng_contact_finder* finder);
+THRONG_API size_t throng_contact_finder_memory_bytes(const throng_contact_finder* finder);
 
 /* Returns a name such as "NaN box"; "unknown" for an invalid status. */
 THRONG_API const char* throng_status_text(throng_status status);

@@ -2,9 +2,11 @@
 #include <throng/throng.h>
 
 #include <cstddef>
+#include <cstdio>
 #include <cstring>
 #include <new>
 
+#include <throng/find_pairs.hpp>
 #include <throng/mesh.hpp>
 
 #include "c_api_common.hpp"
@@ -13,6 +15,17 @@
 using throng::c_api::is_ambiguous;
 using throng::c_api::run_call;
 
+static_assert(sizeof(throng_intersection) == sizeof(throng::TriangleIntersection) &&
+              offsetof(throng_intersection, kind) == offsetof(throng::TriangleIntersection, kind) &&
+              offsetof(throng_intersection, point_count) ==
+                  offsetof(throng::TriangleIntersection, point_count) &&
+              offsetof(throng_intersection, points) ==
+                  offsetof(throng::TriangleIntersection, points));
+static_assert(THRONG_INTERSECTION_CROSSING ==
+                  static_cast<int>(throng::IntersectionKind::crossing) &&
+              THRONG_INTERSECTION_TOUCHING ==
+                  static_cast<int>(throng::IntersectionKind::touching) &&
+              THRONG_INTERSECTION_COPLANAR == static_cast<int>(throng::IntersectionKind::coplanar));
 static_assert(sizeof(throng::AffineTransform) == 12 * sizeof(double) &&
               sizeof(throng::Triangle) == 3 * sizeof(uint32_t));
 
@@ -27,8 +40,10 @@ namespace {
 
 using throng::MeshResult;
 using throng::Result;
+using throng::Status;
 using throng::c_api::as_c_pairs;
 using throng::c_api::no_mesh;
+using throng::c_api::refused;
 using throng::c_api::two_arrays;
 using throng::c_api::view_as;
 using ConsumerFunction = int (*)(void* context, const throng_pair* pairs, size_t count);
@@ -71,6 +86,19 @@ throng_status consume(throng_mesh_finder* finder, const throng_mesh* a, const th
     if (!consumer) return as_mesh_result(throng::c_api::bad_option("found no consumer (NULL)"));
     return call(take, meshes...);
   });
+}
+
+// Runs write(), which may throw, and returns the failure as a result.
+template <class Write>
+Result caught(const Write& write) noexcept {
+  try {
+    write();
+    return {};
+  } catch (const throng::Error& error) {
+    return error.result();
+  } catch (const std::bad_alloc&) {
+    return refused(Status::out_of_memory, "no memory for the intersections; describe fewer pairs");
+  }
 }
 
 throng_mesh packed(const throng_vertices& vertices, const uint32_t* triangles,
@@ -144,6 +172,27 @@ throng_status throng_mesh_finder_consume_within(throng_mesh_finder* finder, cons
 
 const throng_pair* throng_mesh_finder_pairs(const throng_mesh_finder* finder, size_t* count) {
   return as_c_pairs(finder ? finder->finder.pairs() : throng::Pairs(), count);
+}
+
+throng_status throng_mesh_finder_describe(throng_mesh_finder* finder, const throng_mesh* a,
+                                          const throng_mesh* b, const throng_pair* pairs,
+                                          size_t count, throng_intersection* out) {
+  return run_call(finder, true, "", [&]() -> Result {
+    if (!a) return no_mesh();
+    if (is_ambiguous(a->vertices) || (b && is_ambiguous(b->vertices))) return two_arrays();
+    if (count != 0 && (!pairs || !out)) {
+      return refused(Status::bad_option,
+                     "found no pairs, or no array for their intersections (NULL); give both");
+    }
+    Result r = caught([&] {
+      const throng::TriangleMesh mesh_a = view(*a), mesh_b = b ? view(*b) : mesh_a;
+      const auto described = throng::describe_intersections(
+          mesh_a, mesh_b, reinterpret_cast<const throng::Pair*>(pairs), count, finder->options());
+      if (count != 0) std::memcpy(out, described.data(), count * sizeof *out);
+    });
+    if (r.ok()) r.found = r.written = count;
+    return r;
+  });
 }
 
 const throng_result* throng_mesh_finder_result(const throng_mesh_finder* finder) {

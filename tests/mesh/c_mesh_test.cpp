@@ -205,6 +205,60 @@ TEST_F(CMesh, FormsWithinADistanceGiveThePairsOfTheCppApi) {
   EXPECT_EQ(throng_mesh_finder_find_within(finder(), &a, nullptr, -1), THRONG_BAD_OPTION);
 }
 
+TEST_F(CMesh, DescribesThePairsAsTheCppApi) {
+  const throng_mesh a = a_.c_floats(), b = b_.c_doubles();
+  const TriangleMesh cpp_a(a_.floats, a_.triangles), cpp_b(b_.vertices, b_.triangles);
+  for (const bool two : {false, true}) {
+    const throng_mesh* const second = two ? &b : nullptr;
+    const Found found = find(a, second);
+    const auto want =
+        describe_intersections(cpp_a, two ? cpp_b : cpp_a, found.data(), found.size());
+    size_t count = 0;
+    const throng_pair* const c_pairs = throng_mesh_finder_pairs(finder_, &count);
+    std::vector<throng_intersection> got(count);
+    ASSERT_EQ(throng_mesh_finder_describe(finder_, &a, second, c_pairs, count, got.data()),
+              THRONG_OK)
+        << message();
+    EXPECT_EQ(result().found, count);
+    EXPECT_EQ(pairs(), found);
+    int kinds[3] = {};
+    for (std::size_t i = 0; i < count; ++i) {
+      ++kinds[got[i].kind];
+      ASSERT_EQ(got[i].kind, static_cast<uint8_t>(want[i].kind));
+      ASSERT_EQ(got[i].point_count, want[i].point_count);
+      for (int k = 0; k < got[i].point_count; ++k) {
+        EXPECT_EQ(got[i].points[k][0], want[i].points[k].x);
+        EXPECT_EQ(got[i].points[k][1], want[i].points[k].y);
+        EXPECT_EQ(got[i].points[k][2], want[i].points[k].z);
+      }
+    }
+    EXPECT_GT(kinds[THRONG_INTERSECTION_CROSSING], 0);
+    EXPECT_GT(kinds[THRONG_INTERSECTION_TOUCHING], 0);
+  }
+}
+
+TEST_F(CMesh, DescribeRefusesWhatItCannotRead) {
+  const throng_mesh a = a_.c_floats();
+  const throng_pair out_of_range = {0, 60};
+  throng_intersection out;
+  const auto describe = [&](const throng_mesh* mesh, const throng_pair* p, throng_intersection* o) {
+    return throng_mesh_finder_describe(finder(), mesh, nullptr, p, 1, o);
+  };
+  EXPECT_EQ(describe(&a, &out_of_range, &out), THRONG_BAD_MESH);
+  EXPECT_NE(message(), "");
+  EXPECT_EQ(result().found, 0u);
+  EXPECT_EQ(describe(nullptr, &out_of_range, &out), THRONG_BAD_MESH);
+  EXPECT_EQ(describe(&a, nullptr, &out), THRONG_BAD_OPTION);
+  EXPECT_EQ(describe(&a, &out_of_range, nullptr), THRONG_BAD_OPTION);
+  EXPECT_NE(message().find("give both"), std::string::npos) << message();
+  throng_mesh both = a;
+  both.vertices.doubles = &a_.vertices[0].x;
+  EXPECT_EQ(describe(&both, &out_of_range, &out), THRONG_BAD_MESH);
+  EXPECT_EQ(throng_mesh_finder_describe(finder_, &a, nullptr, nullptr, 0, nullptr), THRONG_OK);
+  EXPECT_EQ(throng_mesh_finder_describe(nullptr, &a, nullptr, nullptr, 0, nullptr),
+            THRONG_OUT_OF_MEMORY);
+}
+
 TEST_F(CMesh, ATransformAndFilters) {
   const double transform[12] = {0, -1, 0, 0.5, 1, 0, 0, 0.25, 0, 0, 1, 0};
   throng_mesh b = b_.c_floats();
