@@ -87,6 +87,17 @@ int main() {
   throng::MeshFinder finder;
   CHECK(report(finder, {vertices, triangles}));
 
+  // snippet-begin: describe
+  const std::vector<throng::TriangleIntersection> described = throng::describe_intersections(
+      {vertices, triangles}, {vertices, triangles}, pairs.data(), pairs.size());
+  for (const throng::TriangleIntersection& i : described) {
+    if (i.point_count != 2) continue;  // a segment
+    const throng::DoubleVec3 &p = i.points[0], &q = i.points[1];
+    std::printf("(%g, %g, %g) to (%g, %g, %g)\n", p.x, p.y, p.z, q.x, q.y, q.z);
+  }
+  // snippet-end: describe
+  CHECK(described.size() == 3 && described[0].kind == throng::IntersectionKind::crossing);
+
   const Mesh& robot = mesh;
   Mesh shelf;
   add_tetrahedron(shelf, 0.5f, 0.5f, 0, 2);
@@ -104,5 +115,20 @@ int main() {
   const std::vector<throng::Pair> near = throng::find_within({vertices, triangles}, 2.5);
   // snippet-end: within
   CHECK(near.size() > pairs.size());
+
+  const std::vector<throng::Edge> edges = {{0, 1}, {1, 2},  {2, 0},  {0, 3},  {1, 3},  {2, 3},
+                                           {8, 9}, {9, 10}, {10, 8}, {8, 11}, {9, 11}, {10, 11}};
+  std::vector<throng::Vec3> end_of_step = vertices;
+  for (std::size_t i = 8; i < 12; ++i) end_of_step[i].x -= 2.5f;  // the third one moves
+  // snippet-begin: contact
+  throng::ContactMesh step;
+  step.start = vertices;
+  step.end = end_of_step;
+  step.edges = {edges.data(), edges.size()};
+  step.faces = {triangles.data(), triangles.size()};
+  const throng::ContactCandidates candidates = throng::find_contact_candidates(step, 0.01);
+  // candidates.vertex_face: vertex, face; candidates.edge_edge: two edges
+  // snippet-end: contact
+  CHECK(!candidates.vertex_face.empty() && !candidates.edge_edge.empty());
   return 0;
 }
