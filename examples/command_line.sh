@@ -23,6 +23,31 @@ throng pairs robots.npy pile.npy --margin 0.01 -o contacts.npy   # first: robot,
 throng pairs pile.npy --memory 4M -o streamed.npy
 # snippet-end: memory
 cmp -s <(wc -c < pairs.npy) <(wc -c < streamed.npy)
+cat > model.obj << 'OBJ'
+v 0 0 0
+v 4 0 0
+v 0 4 0
+v 0 0 4
+v 1 1 -1
+v 2.5 1 -1
+v 1 2.5 -1
+v 1 1 0.5
+f 1 3 2
+f 1 2 4
+f 2 3 4
+f 3 1 4
+f 5 7 6
+f 5 6 8
+f 6 7 8
+f 7 5 8
+OBJ
+cp model.obj other.obj
+# snippet-begin: mesh
+throng mesh model.obj -o crossing.npy --picture crossing.png   # pairs: (m, 2) uint32
+throng mesh model.obj other.obj                                # two meshes
+throng mesh model.obj --within 0.5                             # triangles at most 0.5 apart
+# snippet-end: mesh
+[ -s crossing.npy ] && [ -s crossing.png ]
 # snippet-begin: capture
 mkdir captures
 THRONG_CAPTURE=captures throng pairs pile.npy

@@ -115,20 +115,5 @@ int main() {
   const std::vector<throng::Pair> near = throng::find_within({vertices, triangles}, 2.5);
   // snippet-end: within
   CHECK(near.size() > pairs.size());
-
-  const std::vector<throng::Edge> edges = {{0, 1}, {1, 2},  {2, 0},  {0, 3},  {1, 3},  {2, 3},
-                                           {8, 9}, {9, 10}, {10, 8}, {8, 11}, {9, 11}, {10, 11}};
-  std::vector<throng::Vec3> end_of_step = vertices;
-  for (std::size_t i = 8; i < 12; ++i) end_of_step[i].x -= 2.5f;  // the third one moves
-  // snippet-begin: contact
-  throng::ContactMesh step;
-  step.start = vertices;
-  step.end = end_of_step;
-  step.edges = {edges.data(), edges.size()};
-  step.faces = {triangles.data(), triangles.size()};
-  const throng::ContactCandidates candidates = throng::find_contact_candidates(step, 0.01);
-  // candidates.vertex_face: vertex, face; candidates.edge_edge: two edges
-  // snippet-end: contact
-  CHECK(!candidates.vertex_face.empty() && !candidates.edge_edge.empty());
   return 0;
 }
