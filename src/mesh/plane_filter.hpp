@@ -35,6 +35,7 @@
 #include <throng/types.hpp>
 
 #include "base/host_device_macros.hpp"
+#include "mesh/triangle_pair.hpp"
 
 namespace throng::mesh {
 
@@ -61,10 +62,19 @@ THRONG_HD inline DoubleVec3 plus(const DoubleVec3& a, const DoubleVec3& b) noexc
 THRONG_HD inline double dot(const DoubleVec3& a, const DoubleVec3& b) noexcept {
   return (a.x * b.x + a.y * b.y) + a.z * b.z;
 }
+THRONG_HD inline DoubleVec3 cross(const DoubleVec3& a, const DoubleVec3& b) noexcept {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 THRONG_HD inline double larger(double a, double b) noexcept { return a > b ? a : b; }
 THRONG_HD inline double smaller(double a, double b) noexcept { return a < b ? a : b; }
 THRONG_HD inline double largest_magnitude(const DoubleVec3& a) noexcept {
   return larger(larger(std::fabs(a.x), std::fabs(a.y)), std::fabs(a.z));
+}
+
+// With a largest magnitude of one; not a number if all are 0.
+THRONG_HD inline DoubleVec3 scaled_to_one(const DoubleVec3& a) noexcept {
+  const double largest = largest_magnitude(a);
+  return {a.x / largest, a.y / largest, a.z / largest};
 }
 
 // ---- what most candidates of a mesh take: they are neighbours, or near one another
@@ -92,25 +102,29 @@ THRONG_HD inline bool apart_at_edge(const DoubleVec3& e, const DoubleVec3& u,
 }
 
 // Triangles (p, a1, a2) and (p, b1, b2); u1, u2, v1, v2: the others relative to p. They are apart
-// if a plane through p has the first on its one side and the second on the other. One is tried,
-// across the line through both centers.
+// if a plane through p, with any normal w, has the first on its one side and the second on the
+// other. One is tried first, across the line through both centers.
 THRONG_HD inline bool apart_at_vertex(const DoubleVec3& u1, const DoubleVec3& u2,
-                                      const DoubleVec3& v1, const DoubleVec3& v2) noexcept {
+                                      const DoubleVec3& v1, const DoubleVec3& v2,
+                                      const DoubleVec3& w) noexcept {
   using B = Bounds<double>;
-  const DoubleVec3 w = minus(plus(u1, u2), plus(v1, v2));
   const double most = larger(larger(largest_magnitude(u1), largest_magnitude(u2)),
                              larger(largest_magnitude(v1), largest_magnitude(v2)));
   const double bound = dot_error * B::unit * (largest_magnitude(w) * most) + B::product;
   return (dot(w, u1) > bound) & (dot(w, u2) > bound) & (dot(w, v1) < -bound) &
          (dot(w, v2) < -bound);
 }
+THRONG_HD inline bool apart_at_vertex(const DoubleVec3& u1, const DoubleVec3& u2,
+                                      const DoubleVec3& v1, const DoubleVec3& v2) noexcept {
+  return apart_at_vertex(u1, u2, v1, v2, minus(plus(u1, u2), plus(v1, v2)));
+}
 
 // Triangles (p, a1, a2) and (b0, b1, b2); u1, u2, v0, v1, v2: the others relative to p. The same
-// with any plane across the line through both centers.
+// with any plane of normal w, first across the line through both centers.
 THRONG_HD inline bool apart_across(const DoubleVec3& u1, const DoubleVec3& u2, const DoubleVec3& v0,
-                                   const DoubleVec3& v1, const DoubleVec3& v2) noexcept {
+                                   const DoubleVec3& v1, const DoubleVec3& v2,
+                                   const DoubleVec3& w) noexcept {
   using B = Bounds<double>;
-  const DoubleVec3 w = minus(plus(u1, u2), plus(plus(v0, v1), v2));
   const double most =
       larger(larger(largest_magnitude(u1), largest_magnitude(u2)),
              larger(larger(largest_magnitude(v0), largest_magnitude(v1)), largest_magnitude(v2)));
@@ -118,6 +132,10 @@ THRONG_HD inline bool apart_across(const DoubleVec3& u1, const DoubleVec3& u2, c
   const double least_a = smaller(smaller(dot(w, u1), dot(w, u2)), 0.0);
   const double most_b = larger(larger(dot(w, v0), dot(w, v1)), dot(w, v2));
   return least_a - most_b > bound;
+}
+THRONG_HD inline bool apart_across(const DoubleVec3& u1, const DoubleVec3& u2, const DoubleVec3& v0,
+                                   const DoubleVec3& v1, const DoubleVec3& v2) noexcept {
+  return apart_across(u1, u2, v0, v1, v2, minus(plus(u1, u2), plus(plus(v0, v1), v2)));
 }
 
 // ---- signs of determinants ----------------------------------------------------------------------
@@ -151,6 +169,33 @@ class PlaneFilter {
 
 enum class Decision : signed char { no, yes, unsure };
 
+// As apart_at_vertex(), for triangles that are nearly or exactly in one plane, by six normals. The
+// normals of all planes that part two such triangles are an open cone. It lies between two of these
+// four directions: in the plane of a triangle, across an edge at p, towards the first triangle or
+// away from the second. So the sum of these two is in the cone.
+THRONG_HD inline bool apart_in_plane(const DoubleVec3& u1, const DoubleVec3& u2,
+                                     const DoubleVec3& v1, const DoubleVec3& v2) noexcept {
+  const DoubleVec3 n = cross(u1, u2), m = cross(v1, v2);
+  const DoubleVec3 across[4] = {scaled_to_one(cross(n, u1)), scaled_to_one(cross(u2, n)),
+                                scaled_to_one(cross(v1, m)), scaled_to_one(cross(m, v2))};
+  for (int i = 0; i < 3; ++i)
+    for (int k = i + 1; k < 4; ++k)
+      if (apart_at_vertex(u1, u2, v1, v2, plus(across[i], across[k]))) return true;
+  return false;
+}
+
+// The same for triangles without a common vertex. Those in one plane are apart if and only if the
+// line of an edge parts them, so three normals are tried: in the plane of a, across an edge,
+// towards the third vertex.
+THRONG_HD inline bool apart_in_plane(const DoubleVec3 (&a)[3], const DoubleVec3 (&b)[3]) noexcept {
+  const DoubleVec3 u1 = minus(a[1], a[0]), u2 = minus(a[2], a[0]), e = minus(a[2], a[1]);
+  const DoubleVec3 v0 = minus(b[0], a[0]), v1 = minus(b[1], a[0]), v2 = minus(b[2], a[0]);
+  const DoubleVec3 n = cross(u1, u2);
+  return apart_across(u1, u2, v0, v1, v2, scaled_to_one(cross(n, u1))) ||
+         apart_across(u1, u2, v0, v1, v2, scaled_to_one(cross(u2, n))) ||
+         apart_across(u1, u2, v0, v1, v2, scaled_to_one(cross(n, e)));
+}
+
 // The three cases of fast decisions. Any sign that is 0 may be uncertain; the exact test then
 // decides.
 
@@ -170,6 +215,12 @@ THRONG_HD inline Decision decide_by_sides(int a1, int a2, int b1, int b2) noexce
   return a1 != b1 ? Decision::yes : Decision::no;
 }
 
+// Whether vertices of different indices are one point other than p.
+THRONG_HD inline bool meet_at_vertex(const DoubleVec3& a, const DoubleVec3& b,
+                                     const DoubleVec3& p) noexcept {
+  return same_point(a, b) && !same_point(a, p);
+}
+
 // Triangles (p, a1, a2) and (p, b1, b2).
 THRONG_HD inline Decision decide_beyond_vertex(const DoubleVec3& p, const DoubleVec3& a1,
                                                const DoubleVec3& a2, const DoubleVec3& b1,
@@ -177,7 +228,12 @@ THRONG_HD inline Decision decide_beyond_vertex(const DoubleVec3& p, const Double
   const DoubleVec3 u1 = minus(a1, p), u2 = minus(a2, p), v1 = minus(b1, p), v2 = minus(b2, p);
   if (apart_at_vertex(u1, u2, v1, v2)) return Decision::no;
   const PlaneFilter a(u1, u2), b(v1, v2);
-  return decide_by_sides(b.side(u1), b.side(u2), a.side(v1), a.side(v2));
+  const Decision decision = decide_by_sides(b.side(u1), b.side(u2), a.side(v1), a.side(v2));
+  if (decision != Decision::unsure) return decision;
+  if (meet_at_vertex(a1, b1, p) || meet_at_vertex(a1, b2, p) || meet_at_vertex(a2, b1, p) ||
+      meet_at_vertex(a2, b2, p))
+    return Decision::yes;
+  return apart_in_plane(u1, u2, v1, v2) ? Decision::no : Decision::unsure;
 }
 
 // The vertex that lies alone on its side of a plane, given three sides that are 1 or -1 and not all
@@ -224,7 +280,12 @@ THRONG_HD inline Decision decide_meeting(const DoubleVec3 (&a)[3],
   const PlaneFilter plane_a(minus(a[1], a[0]), minus(a[2], a[0]));
   for (int i = 0; i < 3; ++i) of_b[i] = plane_a.side(minus(b[i], a[0]));
   if (of_b[0] != 0 && of_b[0] == of_b[1] && of_b[0] == of_b[2]) return Decision::no;
-  if (of_a[0] * of_a[1] * of_a[2] * of_b[0] * of_b[1] * of_b[2] == 0) return Decision::unsure;
+  if (of_a[0] * of_a[1] * of_a[2] * of_b[0] * of_b[1] * of_b[2] == 0) {
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k)
+        if (same_point(a[i], b[k])) return Decision::yes;
+    return apart_in_plane(a, b) || apart_in_plane(b, a) ? Decision::no : Decision::unsure;
+  }
   const CrossingOrder order = crossing_order(of_a, of_b);
   const DoubleVec3 &a0 = a[order.a[0]], &b0 = b[order.b[0]];
   const DoubleVec3 to_b0 = minus(b0, a0);

@@ -154,6 +154,40 @@ TEST_P(Isas, RarelyTestExactly) {
   EXPECT_LT(r.exact_tests, r.candidates / 1000);
 }
 
+// Nor on flat ones, whose neighbours lie in one plane: a sheet in the plane z = x + y, a fan of
+// thin triangles around a point, and a sheet made of unconnected triangles, which touch.
+TEST_P(Isas, RarelyTestFlatMeshesExactly) {
+  const auto exact_tests = [&](const SmallMesh& m) {
+    MeshFinder finder(options());
+    const MeshResult r = finder.find({to_floats(m.vertices), m.triangles});
+    EXPECT_TRUE(r.ok()) << r.message;
+    EXPECT_GT(r.candidates, m.triangles.size());
+    EXPECT_EQ(std::vector<Pair>(finder.pairs().begin(), finder.pairs().end()), pairs_of(m));
+    return r.exact_tests;
+  };
+  SmallMesh flat = sheet(16), fan;
+  for (std::uint32_t i = 0; i < flat.vertices.size(); ++i) {
+    // Multiples of 2^-7, so that all is exactly in one plane.
+    const double x = 1.25 * (i % 17) / 16, y = 1.625 * (i / 17) / 16;
+    flat.vertices[i] = {x, y, x + y};
+  }
+  EXPECT_EQ(exact_tests(flat), 0u);
+  SmallMesh unconnected;
+  for (const Triangle& t : flat.triangles) {
+    const auto n = static_cast<std::uint32_t>(unconnected.vertices.size());
+    for (const std::uint32_t i : {t.a, t.b, t.c}) unconnected.vertices.push_back(flat.vertices[i]);
+    unconnected.triangles.push_back({n, n + 1, n + 2});
+  }
+  EXPECT_EQ(exact_tests(unconnected), 0u);
+  fan.vertices.push_back({0, 0, 0});
+  for (std::uint32_t i = 0; i <= 60; ++i) {
+    const double x = std::round(512 * std::cos(0.1 * i)), y = std::round(512 * std::sin(0.1 * i));
+    fan.vertices.push_back({x, y, 2 * x - y});
+    if (i > 0) fan.triangles.push_back({0, i, i + 1});
+  }
+  EXPECT_EQ(exact_tests(fan), 0u);
+}
+
 std::string isa_name(const testing::TestParamInfo<Isa>& info) { return to_string(info.param); }
 INSTANTIATE_TEST_SUITE_P(All, Isas,
                          testing::Values(Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon),
