@@ -25,6 +25,7 @@ const std::vector<Experiment>& experiments() {
                                               {"figure6", figure6},
                                               {"scenes", scenes},
                                               {"study", cell_study},
+                                              {"triangles", triangles},
                                               {"errata", errata}};
   return all;
 }
@@ -53,7 +54,8 @@ std::vector<Section> evaluate(const Lab& lab, const std::vector<std::string>& on
 
 std::vector<std::string> disagreements(const std::vector<Section>& sections) {
   // In these, all rows of one n use the same boxes.
-  static const std::vector<std::string> alike = {"table2", "table5", "table6", "table7"};
+  static const std::vector<std::string> alike = {"table2", "table5", "table6", "table7",
+                                                 "triangles"};
   std::vector<std::string> lines;
   for (const Section& section : sections) {
     if (std::find(alike.begin(), alike.end(), section.name) == alike.end()) continue;

@@ -25,6 +25,7 @@ Section figure5(const Lab& lab);          // by number of objects, compared with
 Section figure6(const Lab& lab);          // by share of moving objects, compared with Bullet
 Section scenes(const Lab& lab);           // Figure 1 and the comparison with the literature
 Section cell_study(const Lab& lab);       // the best X, the best cell size
+Section triangles(const Lab& lab);        // future work: the narrow phase on triangles
 Section errata(const Lab& lab);           // errors in the paper, with proof
 
 struct Experiment {
