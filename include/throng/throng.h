@@ -453,7 +453,8 @@ typedef struct throng_intersection {
 /* Describes the intersection of each of `count` pairs in out[0 .. count-1]; `b` NULL: pairs within
  * `a`. `kind` and `point_count` are exact; each coordinate is the exact one rounded to nearest.
  * Vertices that two triangles of one mesh share are points as any other. The pairs of the finder
- * stay. THRONG_BAD_MESH also for a pair out of range. */
+ * stay. Of the options, threads, executor and `stoppable` are used. THRONG_BAD_MESH also for a pair
+ * out of range. */
 THRONG_API throng_status throng_mesh_finder_describe(throng_mesh_finder* finder,
                                                      const throng_mesh* a, const throng_mesh* b,
                                                      const throng_pair* pairs, size_t count,
@@ -476,8 +477,9 @@ typedef struct throng_contact_mesh {
                      faces are not used */
   unsigned rings; /* elements that share a vertex are no candidates; with n rings, neither are those
                      with two vertices that are joined by at most n edges */
-  throng_strided group, mask; /* uint32_t per vertex; two elements are candidates if any two of
-                                 their vertices may collide */
+  /* uint32_t per vertex, as in throng_boxes; one that is absent counts as all ones. Two elements
+   * are candidates if any two of their vertices may collide. */
+  throng_strided group, mask;
 } throng_contact_mesh;
 
 /* Keeps its memory from call to call. Errors: THRONG_BAD_MESH; first_invalid is the index of an

@@ -185,9 +185,11 @@ throng_status throng_mesh_finder_describe(throng_mesh_finder* finder, const thro
                      "found no pairs, or no array for their intersections (NULL); give both");
     }
     Result r = caught([&] {
-      const throng::TriangleMesh mesh_a = view(*a), mesh_b = b ? view(*b) : mesh_a;
+      // One mesh is passed twice, so that messages name it as such.
+      const throng::TriangleMesh mesh_a = view(*a), mesh_b = b ? view(*b) : throng::TriangleMesh();
       const auto described = throng::describe_intersections(
-          mesh_a, mesh_b, reinterpret_cast<const throng::Pair*>(pairs), count, finder->options());
+          mesh_a, b ? mesh_b : mesh_a, reinterpret_cast<const throng::Pair*>(pairs), count,
+          finder->options());
       if (count != 0) std::memcpy(out, described.data(), count * sizeof *out);
     });
     if (r.ok()) r.found = r.written = count;

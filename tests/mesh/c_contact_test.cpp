@@ -125,6 +125,91 @@ TEST_F(CContact, FloatsThatDoNotMove) {
   EXPECT_GT(compare(0.25), 100u);
 }
 
+TEST_F(CContact, StridedArrays) {
+  struct Vertex {
+    double other;
+    DoubleVec3 position;
+  };
+  struct TaggedEdge {
+    Edge edge;
+    std::uint32_t tag;
+  };
+  struct TaggedFace {
+    Triangle face;
+    std::uint32_t tag[2];
+  };
+  struct Filter {
+    std::uint32_t group, mask;
+  };
+  std::vector<Vertex> start, end;
+  std::vector<TaggedEdge> edges;
+  std::vector<TaggedFace> faces;
+  std::vector<Filter> filters;
+  for (std::size_t i = 0; i < start_.size(); ++i) {
+    start.push_back({9, start_[i]});
+    end.push_back({9, end_[i]});
+    filters.push_back({group_[i], mask_[i]});
+  }
+  for (const Edge& e : edges_) edges.push_back({e, 9});
+  for (const Triangle& f : faces_) faces.push_back({f, {9, 9}});
+  c_.start = {start.size(), nullptr, &start[0].position.x, sizeof(Vertex)};
+  c_.end = {end.size(), nullptr, &end[0].position.x, sizeof(Vertex)};
+  c_.edges = {edges.size(), &edges[0].edge.a, sizeof(TaggedEdge)};
+  c_.faces = {faces.size(), &faces[0].face.a, sizeof(TaggedFace)};
+  c_.group = {&filters[0].group, sizeof(Filter)};
+  c_.mask = {&filters[0].mask, sizeof(Filter)};
+  cpp_.group = {group_.data(), group_.size()};
+  cpp_.mask = {mask_.data(), mask_.size()};
+  EXPECT_GT(compare(0.25), 100u);
+  // One filter alone.
+  c_.mask = {};
+  cpp_.mask = {};
+  EXPECT_GT(compare(0.25), 100u);
+}
+
+TEST_F(CContact, Options) {
+  const auto expect_refused = [&](const char* text) {
+    EXPECT_EQ(throng_contact_finder_find(finder(), &c_, 0.25), THRONG_BAD_OPTION);
+    EXPECT_NE(message().find(text), std::string::npos) << message();
+    EXPECT_TRUE(list(throng_contact_finder_edge_edge).empty());
+    TearDown();
+    finder_ = nullptr;
+    throng_options_init(&options_);
+  };
+  options_.margin = 1;
+  expect_refused("margin");
+  options_.struct_bytes = 0;
+  expect_refused("throng_options_init");
+  options_.backend = THRONG_BACKEND_CUDA;
+  expect_refused("backend");
+  options_.isa = 99;
+  expect_refused("isa");
+  options_.order = THRONG_ORDER_CANONICAL;
+  options_.isa = THRONG_ISA_SCALAR;
+  options_.algorithm = THRONG_ALGORITHM_ALL_PAIRS;
+  options_.threads = 2;
+  EXPECT_GT(compare(0.25), 1000u);
+  EXPECT_EQ(result().isa, THRONG_ISA_SCALAR);
+}
+
+// Stops the call from a task of its own executor.
+TEST_F(CContact, Stop) {
+  static throng_contact_finder* running;
+  options_.stoppable = 1;
+  options_.concurrency = 2;
+  options_.run = [](void*, unsigned count, void (*task)(void*, unsigned), void* context) {
+    throng_contact_finder_stop(running);
+    for (unsigned i = 0; i < count; ++i) task(context, i);
+  };
+  running = finder();
+  // Enough elements for the executor.
+  std::vector<Edge> edges;
+  for (int k = 0; k < 30; ++k) edges.insert(edges.end(), edges_.begin(), edges_.end());
+  c_.edges = {edges.size(), &edges[0].a, 0};
+  EXPECT_EQ(throng_contact_finder_find(running, &c_, 0), THRONG_STOPPED);
+  EXPECT_EQ(result().found, 0u);
+}
+
 TEST_F(CContact, Errors) {
   const throng_contact_mesh good = c_;
   const auto expect_refused = [&](throng_status status, const char* text) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <string>
 #include <vector>
@@ -53,6 +54,22 @@ struct Mesh {
   std::vector<DoubleVec3> vertices;
   std::vector<Vec3> floats;
   std::vector<Triangle> triangles;
+};
+
+// Memory of the caller, with a limit.
+struct CallersMemory {
+  std::atomic<size_t> held{0};
+  size_t limit = std::numeric_limits<size_t>::max();
+  static void* allocate(void* self, size_t bytes, size_t alignment) {
+    CallersMemory& m = *static_cast<CallersMemory*>(self);
+    if (m.held + bytes > m.limit) return nullptr;
+    m.held += bytes;
+    return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+  }
+  static void deallocate(void* self, void* p, size_t bytes, size_t) {
+    static_cast<CallersMemory*>(self)->held -= bytes;
+    std::free(p);
+  }
 };
 
 class CMesh : public testing::Test {
@@ -237,6 +254,30 @@ TEST_F(CMesh, DescribesThePairsAsTheCppApi) {
   }
 }
 
+TEST_F(CMesh, DescribesAMovedMesh) {
+  const double transform[12] = {0, -1, 0, 0.5, 1, 0, 0, 0.25, 0, 0, 1, 0};
+  throng_mesh a = a_.c_floats(), b = b_.c_doubles();
+  b.transform = transform;
+  TriangleMesh cpp_b(b_.vertices, b_.triangles);
+  std::copy(transform, transform + 12, &cpp_b.transform.row[0][0]);
+  const Found found = find(a, &b);
+  const auto want =
+      describe_intersections({a_.floats, a_.triangles}, cpp_b, found.data(), found.size());
+  size_t count = 0;
+  const throng_pair* const c_pairs = throng_mesh_finder_pairs(finder_, &count);
+  ASSERT_GT(count, 10u);
+  std::vector<throng_intersection> got(count);
+  ASSERT_EQ(throng_mesh_finder_describe(finder_, &a, &b, c_pairs, count, got.data()), THRONG_OK)
+      << message();
+  for (std::size_t i = 0; i < count; ++i) {
+    ASSERT_GE(got[i].point_count, 1);
+    ASSERT_EQ(got[i].point_count, want[i].point_count);
+    EXPECT_EQ(got[i].points[0][0], want[i].points[0].x);
+    EXPECT_EQ(got[i].points[0][1], want[i].points[0].y);
+    EXPECT_EQ(got[i].points[0][2], want[i].points[0].z);
+  }
+}
+
 TEST_F(CMesh, DescribeRefusesWhatItCannotRead) {
   const throng_mesh a = a_.c_floats();
   const throng_pair out_of_range = {0, 60};
@@ -245,7 +286,9 @@ TEST_F(CMesh, DescribeRefusesWhatItCannotRead) {
     return throng_mesh_finder_describe(finder(), mesh, nullptr, p, 1, o);
   };
   EXPECT_EQ(describe(&a, &out_of_range, &out), THRONG_BAD_MESH);
-  EXPECT_NE(message(), "");
+  EXPECT_NE(message().find("but the mesh has 60 triangles"), std::string::npos) << message();
+  EXPECT_EQ(throng_mesh_finder_describe(finder_, &a, &a, &out_of_range, 1, &out), THRONG_BAD_MESH);
+  EXPECT_NE(message().find("but the second mesh has 60 triangles"), std::string::npos) << message();
   EXPECT_EQ(result().found, 0u);
   EXPECT_EQ(describe(nullptr, &out_of_range, &out), THRONG_BAD_MESH);
   EXPECT_EQ(describe(&a, nullptr, &out), THRONG_BAD_OPTION);
@@ -308,6 +351,29 @@ TEST_F(CMesh, ATransformAndFilters) {
   check();
 }
 
+TEST_F(CMesh, ATransformAndAFilterWithinADistance) {
+  const double transform[12] = {0, -1, 0, 0.5, 1, 0, 0, 0.25, 0, 0, 1, 3};
+  throng_mesh a = a_.c_floats(), b = b_.c_floats();
+  TriangleMesh cpp_a(a_.floats, a_.triangles), cpp_b(b_.floats, b_.triangles);
+  b.transform = transform;
+  std::copy(transform, transform + 12, &cpp_b.transform.row[0][0]);
+  std::vector<uint32_t> group, mask(b_.triangles.size(), 1);
+  for (std::size_t i = 0; i < a_.triangles.size(); ++i) group.push_back(i % 2 ? 1 : 2);
+  const auto found = [&] {
+    EXPECT_EQ(throng_mesh_finder_find_within(finder(), &a, &b, 0.3), THRONG_OK) << message();
+    EXPECT_EQ(pairs(), find_within(cpp_a, cpp_b, 0.3, canonical_));
+    return pairs().size();
+  };
+  const std::size_t all = found();
+  a.group = {group.data(), 0};
+  b.mask = {mask.data(), 0};
+  cpp_a.filters.group = {group.data(), group.size()};
+  cpp_b.filters.mask = {mask.data(), mask.size()};
+  const std::size_t some = found();
+  EXPECT_GT(some, 0u);
+  EXPECT_LT(some, all);
+}
+
 TEST_F(CMesh, Errors) {
   const throng_mesh good = a_.c_floats();
   throng_mesh mesh = good;
@@ -344,6 +410,87 @@ TEST_F(CMesh, Options) {
   EXPECT_NE(message().find("throng_options_init"), std::string::npos) << message();
 }
 
+TEST_F(CMesh, CallersMemoryAndThreads) {
+  const throng_mesh a = a_.c_floats();
+  const Found want = find(a);
+  TearDown();
+  finder_ = nullptr;
+  CallersMemory memory;
+  unsigned runs = 0;
+  options_.allocate = CallersMemory::allocate;
+  options_.deallocate = CallersMemory::deallocate;
+  options_.memory_self = &memory;
+  options_.concurrency = 2;
+  options_.run_self = &runs;
+  options_.run = [](void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
+    ++*static_cast<unsigned*>(self);
+    for (unsigned i = 0; i < count; ++i) task(context, i);
+  };
+  EXPECT_EQ(find(a), want);
+  EXPECT_EQ(throng_mesh_finder_memory_bytes(finder_), memory.held);
+  const Mesh large(small_mesh(MeshKind::random, true, 5, 8000));
+  const throng_mesh more = large.c_floats();
+  Taken taken;
+  taken.most = 1;
+  EXPECT_EQ(throng_mesh_finder_consume(finder_, &more, nullptr, Taken::take, &taken),
+            THRONG_STOPPED);
+  EXPECT_GT(runs, 0u);
+  TearDown();
+  finder_ = nullptr;
+  EXPECT_EQ(memory.held, 0u);
+  memory.limit = 1000;
+  EXPECT_EQ(throng_mesh_finder_find(finder(), &a, nullptr), THRONG_OUT_OF_MEMORY);
+  EXPECT_GT(result().bytes_needed, 0u);
+  // Describing takes no memory from it.
+  const throng_pair pair = {want[0].first, want[0].second};
+  throng_intersection out;
+  EXPECT_EQ(throng_mesh_finder_describe(finder_, &a, nullptr, &pair, 1, &out), THRONG_OK)
+      << message();
+}
+
+TEST_F(CMesh, MemoryCap) {
+  const Mesh large(small_mesh(MeshKind::grid, true, 6, 2000));
+  const throng_mesh mesh = large.c_floats();
+  const Found want = find_self_intersections({large.floats, large.triangles}, canonical_);
+  options_.memory_cap_bytes = 1000;
+  Taken taken;
+  EXPECT_EQ(throng_mesh_finder_consume(finder(), &mesh, nullptr, Taken::take, &taken),
+            THRONG_MEMORY_CAP_TOO_SMALL);
+  EXPECT_GT(result().bytes_needed, 1000u);
+  EXPECT_TRUE(taken.pairs.empty());
+  TearDown();
+  finder_ = nullptr;
+  options_.memory_cap_bytes = 1 << 20;
+  options_.order = THRONG_ORDER_ANY;
+  EXPECT_EQ(throng_mesh_finder_consume(finder(), &mesh, nullptr, Taken::take, &taken), THRONG_OK)
+      << message();
+  EXPECT_LE(throng_mesh_finder_memory_bytes(finder_), std::size_t{1} << 20);
+  std::sort(taken.pairs.begin(), taken.pairs.end());
+  EXPECT_EQ(taken.pairs, want);
+}
+
+// Every instruction set gives the same pairs, or is refused.
+TEST_F(CMesh, InstructionSetsAndAlgorithms) {
+  const throng_mesh a = a_.c_floats(), b = b_.c_doubles();
+  const Found one = find(a), two = find(a, &b);
+  for (int isa = THRONG_ISA_SCALAR; isa <= THRONG_ISA_NEON; ++isa) {
+    for (int algorithm = THRONG_ALGORITHM_AUTOMATIC; algorithm <= THRONG_ALGORITHM_GRID;
+         ++algorithm) {
+      TearDown();
+      finder_ = nullptr;
+      options_.isa = isa;
+      options_.algorithm = algorithm;
+      options_.threads = 2;
+      const throng_status status = throng_mesh_finder_find(finder(), &a, nullptr);
+      if (status == THRONG_UNSUPPORTED_ISA && isa != THRONG_ISA_SCALAR) continue;
+      ASSERT_EQ(status, THRONG_OK) << message();
+      EXPECT_EQ(pairs(), one) << isa << " " << algorithm;
+      EXPECT_EQ(find(a, &b), two) << isa << " " << algorithm;
+      EXPECT_EQ(result().isa, isa);
+    }
+  }
+}
+
 // Stops the call from a task of its own executor.
 TEST_F(CMesh, Stop) {
   static throng_mesh_finder* running;
@@ -362,6 +509,10 @@ TEST_F(CMesh, Stop) {
     return 1;
   };
   EXPECT_EQ(throng_mesh_finder_consume(running, &mesh, nullptr, take, &taken), THRONG_STOPPED);
+  EXPECT_EQ(result().found, 0u);
+  const throng_pair pair = {0, 1};
+  throng_intersection out;
+  EXPECT_EQ(throng_mesh_finder_describe(running, &mesh, nullptr, &pair, 1, &out), THRONG_STOPPED);
   EXPECT_EQ(result().found, 0u);
 }
 
