@@ -32,8 +32,8 @@ struct Chunk {
   void round(double lower, double upper, double origin, float& to_lower,
              float& to_upper) const noexcept {
     if (options.enlarge != 0) {
-      lower = base::next_down(lower - options.enlarge);
-      upper = -base::next_down(-upper - options.enlarge);
+      lower = base::subtract_rounded_down(lower, options.enlarge);
+      upper = -base::subtract_rounded_down(-upper, options.enlarge);
     }
     to_lower = static_cast<float>(lower - origin);
     to_upper = static_cast<float>(upper - origin);

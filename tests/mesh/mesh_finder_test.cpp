@@ -345,6 +345,19 @@ TEST(MeshFinder, FiltersAreThoseOfBoxes) {
   EXPECT_EQ(find_self_intersections(view, canonical()), want);
 }
 
+// A distance that enlarges boxes beyond the largest number.
+TEST(MeshFinder, WithinADistanceAtTheEndsOfTheRange) {
+  constexpr double most = std::numeric_limits<double>::max();
+  const std::vector<DoubleVec3> v = {{-most, 0, 0}, {-most, 1, 0}, {-most, 0, 1},
+                                     {most, 0, 0},  {most, 1, 0},  {most, 0, 1},
+                                     {0, 0, 0},     {0, 1, 0},     {0, 0, 1}};
+  const std::vector<Triangle> triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
+  const TriangleMesh view(v, triangles);
+  EXPECT_TRUE(find_within(view, 1e300, canonical()).empty());
+  const std::vector<Pair> want = {{0, 2}, {1, 2}};
+  EXPECT_EQ(find_within(view, most, canonical()), want);
+}
+
 // ---- what is refused ----------------------------------------------------------------------------
 
 void expect_error(const TriangleMesh& view, Status status, const char* text,
