@@ -111,8 +111,8 @@ THRONG_HD inline bool apart_at_vertex(const DoubleVec3& u1, const DoubleVec3& u2
   const double most = larger(larger(largest_magnitude(u1), largest_magnitude(u2)),
                              larger(largest_magnitude(v1), largest_magnitude(v2)));
   const double bound = dot_error * B::unit * (largest_magnitude(w) * most) + B::product;
-  return (dot(w, u1) > bound) & (dot(w, u2) > bound) & (dot(w, v1) < -bound) &
-         (dot(w, v2) < -bound);
+  const double a1 = dot(w, u1), a2 = dot(w, u2), b1 = dot(w, v1), b2 = dot(w, v2);
+  return (a1 > bound) & (a2 > bound) & (b1 < -bound) & (b2 < -bound);
 }
 THRONG_HD inline bool apart_at_vertex(const DoubleVec3& u1, const DoubleVec3& u2,
                                       const DoubleVec3& v1, const DoubleVec3& v2) noexcept {
