@@ -202,7 +202,7 @@ namespace {
 
 // The boxes as the search sees them: without z in 2-D.
 Boxes view_of(const Box* boxes, std::size_t count, bool flat) noexcept {
-  if (!flat) return Boxes(boxes, count);
+  if (!flat || count == 0) return Boxes(boxes, count);  // without elements `boxes` may be null
   return Boxes::arrays(&boxes->lower.x, &boxes->lower.y, nullptr, &boxes->upper.x, &boxes->upper.y,
                        nullptr, count, sizeof(Box));
 }
