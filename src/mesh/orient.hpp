@@ -1,8 +1,9 @@
 // Exact signs of determinants of points (orientation predicates).
 //
 // A filter in doubles decides nearly all. Expansions decide the rest, if each coordinate is 0 or
-// of a magnitude in 2^-300 .. 2^300 (all floats are), and integers of 2112 bits otherwise. Each is
-// exact on the numbers given, so the sign does not depend on which of them decides.
+// of a magnitude in 2^-300 .. 2^300 (all floats are), and integers of 2112 bits otherwise. On a
+// device integers of the length needed decide (mesh/scaled_integer.hpp). Each is exact on the
+// numbers given, so the sign does not depend on which of them decides.
 //
 // The floating-point state must be that of base::FloatState: round to nearest, denormals kept.
 // Coordinates must be finite.
@@ -45,6 +46,7 @@
 
 #include "base/host_device_macros.hpp"
 #include "mesh/expansion.hpp"
+#include "mesh/scaled_integer.hpp"
 #include "mesh/wide_integer.hpp"
 
 namespace throng::mesh {
@@ -180,25 +182,32 @@ THRONG_HD inline int orient3d_wide_sign(const DoubleVec3& a, const DoubleVec3& b
 }
 
 // The sign after the filter was uncertain; right for any finite coordinates.
-THRONG_HD THRONG_OUTLINE inline int orient2d_exact_sign(double ax, double ay, double bx, double by,
-                                                        double cx, double cy) noexcept {
+THRONG_HD inline int orient2d_exact_sign(double ax, double ay, double bx, double by, double cx,
+                                         double cy) noexcept {
+#if defined(__CUDA_ARCH__)
+  return orient2d_integer_sign(ax, ay, bx, by, cx, cy);
+#else
   const bool in_range = is_in_expansion_range(ax) && is_in_expansion_range(ay) &&
                         is_in_expansion_range(bx) && is_in_expansion_range(by) &&
                         is_in_expansion_range(cx) && is_in_expansion_range(cy);
   return in_range ? orient2d_expansion_sign(ax, ay, bx, by, cx, cy)
                   : orient2d_wide_sign(ax, ay, bx, by, cx, cy);
+#endif
 }
-THRONG_HD THRONG_OUTLINE inline int orient3d_exact_sign(const DoubleVec3& a, const DoubleVec3& b,
-                                                        const DoubleVec3& c,
-                                                        const DoubleVec3& d) noexcept {
+THRONG_HD inline int orient3d_exact_sign(const DoubleVec3& a, const DoubleVec3& b,
+                                         const DoubleVec3& c, const DoubleVec3& d) noexcept {
+#if defined(__CUDA_ARCH__)
+  return orient3d_integer_sign(a, b, c, d);
+#else
   const bool in_range = is_in_expansion_range(a) && is_in_expansion_range(b) &&
                         is_in_expansion_range(c) && is_in_expansion_range(d);
   return in_range ? orient3d_expansion_sign(a, b, c, d) : orient3d_wide_sign(a, b, c, d);
+#endif
 }
 
 // -1, 0 or 1: the sign of (bx - ax)(cy - ay) - (by - ay)(cx - ax). Positive if a, b, c turn left.
-THRONG_HD inline int orient2d_sign(double ax, double ay, double bx, double by, double cx,
-                                   double cy) noexcept {
+THRONG_HD THRONG_OUTLINE inline int orient2d_sign(double ax, double ay, double bx, double by,
+                                                  double cx, double cy) noexcept {
   const int sign = orient2d_filter(ax, ay, bx, by, cx, cy);
   if (sign != uncertain) [[likely]]
     return sign;
@@ -207,8 +216,9 @@ THRONG_HD inline int orient2d_sign(double ax, double ay, double bx, double by, d
 
 // -1, 0 or 1: the sign of ((b - a) x (c - a)) . (d - a). Positive if d is on the side of the
 // triangle a, b, c to which its normal points.
-THRONG_HD inline int orient3d_sign(const DoubleVec3& a, const DoubleVec3& b, const DoubleVec3& c,
-                                   const DoubleVec3& d) noexcept {
+THRONG_HD THRONG_OUTLINE inline int orient3d_sign(const DoubleVec3& a, const DoubleVec3& b,
+                                                  const DoubleVec3& c,
+                                                  const DoubleVec3& d) noexcept {
   const int sign = orient3d_filter(a, b, c, d);
   if (sign != uncertain) [[likely]]
     return sign;

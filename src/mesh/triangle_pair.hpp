@@ -59,8 +59,8 @@ THRONG_HD inline bool between(const DoubleVec3& p, const DoubleVec3& a,
 }
 
 // Whether the open segments from a to b and from c to d cross in one point.
-THRONG_HD inline bool segments_cross(const Point2& a, const Point2& b, const Point2& c,
-                                     const Point2& d) noexcept {
+THRONG_HD THRONG_OUTLINE inline bool segments_cross(const Point2& a, const Point2& b,
+                                                    const Point2& c, const Point2& d) noexcept {
   return orient(a, b, c) * orient(a, b, d) < 0 && orient(c, d, a) * orient(c, d, b) < 0;
 }
 
@@ -70,7 +70,7 @@ THRONG_HD inline bool on_segment(const Point2& p, const Point2& a, const Point2&
 
 // Whether p lies in the closed triangle. The vectors along its edges add up to 0, so for a triangle
 // without area and a point off its line the signs differ.
-THRONG_HD inline bool in_triangle(const Point2& p, const Point2 (&t)[3]) noexcept {
+THRONG_HD THRONG_OUTLINE inline bool in_triangle(const Point2& p, const Point2 (&t)[3]) noexcept {
   const int s0 = orient(t[0], t[1], p), s1 = orient(t[1], t[2], p), s2 = orient(t[2], t[0], p);
   const bool positive = (s0 > 0) | (s1 > 0) | (s2 > 0), negative = (s0 < 0) | (s1 < 0) | (s2 < 0);
   if (positive || negative) return positive != negative;
@@ -85,8 +85,8 @@ THRONG_HD inline int side(const TrianglePoints& t, const DoubleVec3& x) noexcept
   return orient3d_sign(t.p[0], t.p[1], t.p[2], x);
 }
 
-THRONG_HD inline bool collinear(const DoubleVec3& a, const DoubleVec3& b,
-                                const DoubleVec3& c) noexcept {
+THRONG_HD THRONG_OUTLINE inline bool collinear(const DoubleVec3& a, const DoubleVec3& b,
+                                               const DoubleVec3& c) noexcept {
   for (int axis = 0; axis < 3; ++axis) {
     if (orient(project(a, axis), project(b, axis), project(c, axis)) != 0) return false;
   }
@@ -99,8 +99,8 @@ THRONG_HD inline bool on_segment(const DoubleVec3& x, const DoubleVec3& a,
 }
 
 // Whether x lies in the closed triangle. `x_side`: side(t, x).
-THRONG_HD inline bool in_triangle(const DoubleVec3& x, const TrianglePoints& t,
-                                  int x_side) noexcept {
+THRONG_HD THRONG_OUTLINE inline bool in_triangle(const DoubleVec3& x, const TrianglePoints& t,
+                                                 int x_side) noexcept {
   if (x_side != 0) return false;
   for (int axis = 0; axis < 3; ++axis) {
     const Point2 flat[3] = {project(t.p[0], axis), project(t.p[1], axis), project(t.p[2], axis)};
@@ -111,9 +111,10 @@ THRONG_HD inline bool in_triangle(const DoubleVec3& x, const TrianglePoints& t,
 
 // Whether the closed segment from u to v meets the closed triangle. `u_side`, `v_side`: their
 // sides.
-THRONG_HD inline bool segment_meets_triangle(const DoubleVec3& u, const DoubleVec3& v,
-                                             const TrianglePoints& t, int u_side,
-                                             int v_side) noexcept {
+THRONG_HD THRONG_OUTLINE inline bool segment_meets_triangle(const DoubleVec3& u,
+                                                            const DoubleVec3& v,
+                                                            const TrianglePoints& t, int u_side,
+                                                            int v_side) noexcept {
   if (u_side * v_side > 0) return false;
   const int s0 = orient3d_sign(u, v, t.p[0], t.p[1]);
   const int s1 = orient3d_sign(u, v, t.p[1], t.p[2]);
