@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <new>
 #include <utility>
 
@@ -9,6 +10,11 @@
 
 #include "base/float_state.hpp"
 #include "base/large_pages.hpp"
+#include "base/threads.hpp"
+#include "cuda/backend.hpp"
+#include "device/engine.hpp"
+#include "device/host_device.hpp"
+#include "device/mesh_job.hpp"
 #include "mesh/engine.hpp"
 #include "validate.hpp"
 #include "validate_mesh.hpp"
@@ -17,23 +23,77 @@ namespace throng {
 
 using ull = unsigned long long;
 
+// The memory of each backend that the MeshFinder has used.
 struct MeshFinder::State {
   explicit State(std::pmr::memory_resource* memory) noexcept
-      : resource(memory), engine(memory, sizeof(State)) {}
+      : resource(memory),
+        engine(memory, sizeof(State)),
+        emulated(memory, device::HostDevice::Run{base::run_tasks}) {}
+
+  std::size_t held() noexcept {
+    return engine.search().memory().held() + emulated.held() + (gpu ? gpu->held() : 0);
+  }
+
+  MeshResult find(const mesh::MeshCall& call, const Options& options, base::Output* output,
+                  const Consumer* consumer, const char* if_no_memory) {
+    if (options.backend != Backend::emulated && options.backend != Backend::cuda) {
+      MeshResult r = engine.find(call, options, output, consumer);
+      defects = engine.defects();
+      defects_in_second = engine.defects_in_second();
+      return r;
+    }
+    MeshResult r;
+    r.plan.backend = options.backend;
+    r.plan.isa = Isa::scalar;
+    engine.search().memory().set_cap(0);  // the device's search enforces the cap
+    try {
+      const auto throw_if_stopped = [&] {
+        if (options.stop && options.stop->load()) throw device::Failure{Status::stopped};
+      };
+      throw_if_stopped();
+      if (options.backend == Backend::emulated)
+        find_emulated(call, options, output, consumer, r);
+      else
+        find_on_gpu(call, options, output, consumer, r);
+      throw_if_stopped();
+    } catch (const device::Failure& failure) {
+      explain_failure(r, failure, if_no_memory);
+    }
+    return r;
+  }
 
   std::pmr::memory_resource* resource;
   mesh::MeshEngine engine;
+  device::Engine<device::HostDevice> emulated;
+  std::unique_ptr<cuda::MeshEngine> gpu;
+  mesh::MeshDefects defects;  // of the last call
+  bool defects_in_second = false;
+
+ private:
+  void find_emulated(const mesh::MeshCall& call, const Options& options, base::Output* output,
+                     const Consumer* consumer, MeshResult& r) {
+    r.plan.threads = base::threads_of(options);
+    emulated.device().begin(base::executor_of(options), r.plan.threads, options.stop);
+    device::MeshJob<device::HostDevice> job(*call.a, call.b, options, r);
+    emulated.find(job, options, engine.search().memory().held(), output, consumer, r);
+    defects = job.defects();
+    defects_in_second = job.defects_in_second();
+  }
+  void find_on_gpu(const mesh::MeshCall& call, const Options& options, base::Output* output,
+                   const Consumer* consumer, MeshResult& r) {
+    if (!gpu) gpu.reset(cuda::create_mesh_engine({}));
+    gpu->find(*call.a, call.b, options, engine.search().memory().held(), output, consumer, r);
+    defects = gpu->defects();
+    defects_in_second = gpu->defects_in_second();
+  }
 };
 
 namespace {
 
 bool valid(const mesh::MeshCall& call, const Options& options, Result& r) noexcept {
-  if (!valid_search(options, r) || !valid_on_cpu(options, "triangles are searched", r))
+  if (!valid_search(options, r) || !valid_mesh_margin(options.margin, r) ||
+      (call.within && !valid_on_cpu(options, "triangles within a distance are searched", r))) {
     return false;
-  if (options.margin != 0) {
-    set_message(r, "the margin is %g, but a margin is for boxes; use find_within for triangles",
-                double{options.margin});
-    return refuse(r, Status::bad_option);
   }
   if (call.within && !(call.distance >= 0 && std::isfinite(call.distance))) {
     set_message(r, "the distance is %g; it must be finite and not negative", call.distance);
@@ -44,12 +104,10 @@ bool valid(const mesh::MeshCall& call, const Options& options, Result& r) noexce
 }
 
 // The message for an index or a vertex that is not valid.
-void explain_defects(const mesh::MeshCall& call, const mesh::MeshEngine& engine,
+void explain_defects(const mesh::MeshCall& call, const mesh::MeshDefects& defects, bool second,
                      Result& r) noexcept {
-  const bool second = call.b && engine.defects_in_second();
   const TriangleMesh& mesh = second ? *call.b : *call.a;
   const char* const which = !call.b ? "the mesh" : (second ? "the second mesh" : "the first mesh");
-  const mesh::MeshDefects& defects = engine.defects();
   char others[64];
   std::snprintf(others, sizeof others, " (%llu more bad triangles)", ull{defects.count - 1});
   explain_bad_triangle(mesh, which, defects.first, defects.vertex, others, r);
@@ -74,14 +132,14 @@ struct MeshFinderAccess {
     finder.pairs_ = {};
     MeshResult r;
     if (!valid(call, finder.options_, r) || !make_state(finder, r)) return r;
-    mesh::MeshEngine& engine = finder.state_->engine;
-    base::Buffer<Pair>& pairs = engine.search().pairs();
+    MeshFinder::State& state = *finder.state_;
+    base::Buffer<Pair>& pairs = state.engine.search().pairs();
     base::Output own{pairs.data(), pairs.capacity(), grid::grow_pairs, &pairs};
     const bool keeps = !output && !consumer;
-    r = engine.find(call, finder.options_, keeps ? &own : output, consumer);
+    r = state.find(call, finder.options_, keeps ? &own : output, consumer, remedy(consumer));
     if (keeps && r.ok()) finder.pairs_ = {own.data, static_cast<std::size_t>(r.found)};
     if (r.status == Status::bad_mesh)
-      explain_defects(call, engine, r);
+      explain_defects(call, state.defects, state.defects_in_second, r);
     else
       explain(r, call.b != nullptr, false, remedy(consumer));
     return r;
@@ -114,9 +172,7 @@ MeshFinder& MeshFinder::operator=(MeshFinder&& other) noexcept {
   std::swap(pairs_, other.pairs_);
   return *this;
 }
-std::size_t MeshFinder::memory_bytes() const noexcept {
-  return state_ ? state_->engine.search().memory().held() : 0;
-}
+std::size_t MeshFinder::memory_bytes() const noexcept { return state_ ? state_->held() : 0; }
 
 MeshResult MeshFinder::find(const TriangleMesh& mesh) noexcept {
   return MeshFinderAccess::run(*this, {&mesh}, nullptr, nullptr);

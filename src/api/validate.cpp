@@ -92,6 +92,11 @@ bool valid_set(const BasicBoxes<Real>& boxes, const char* set, Result& r) noexce
 
 }  // namespace
 
+bool valid_filter_lengths(const Filters& filters, std::size_t count, const char* set,
+                          const Noun& noun, Result& r) noexcept {
+  return valid_lengths(filters, count, set, noun, r);
+}
+
 bool valid_filters(const Filters& filters, std::size_t count, const char* set, const Noun& noun,
                    Result& r) noexcept {
   return valid_lengths(filters, count, set, noun, r) && valid_worlds(filters, count, set, noun, r);
@@ -103,6 +108,14 @@ bool valid_margin(float margin, Result& r) noexcept {
   return refuse(r, Status::bad_option);
 }
 
+bool valid_cell_scale(float scale, Result& r) noexcept {
+  if (scale >= 1 / 64.0f && scale <= 64) return true;
+  set_message(r,
+              "the cell scale is %g; it must be within 1/64 and 64, 1 for the planner's own cells",
+              double{scale});
+  return refuse(r, Status::bad_option);
+}
+
 namespace {
 
 template <class Enum>
@@ -110,14 +123,6 @@ bool valid_choice(Enum value, Enum last, const char* option, Result& r) noexcept
   if (value <= last) return true;
   set_message(r, "%s is %d, which is not one of its constants; use one, or keep the default",
               option, static_cast<int>(value));
-  return refuse(r, Status::bad_option);
-}
-
-bool valid_cell_scale(float scale, Result& r) noexcept {
-  if (scale >= 1 / 64.0f && scale <= 64) return true;
-  set_message(r,
-              "the cell scale is %g; it must be within 1/64 and 64, 1 for the planner's own cells",
-              double{scale});
   return refuse(r, Status::bad_option);
 }
 

@@ -14,6 +14,7 @@ struct Kernels;
 namespace throng {
 
 bool valid_margin(float margin, Result& r) noexcept;
+bool valid_cell_scale(float scale, Result& r) noexcept;
 // Checks that each enumeration holds one of its constants.
 bool valid_choices(const Options& options, Result& r) noexcept;
 // Checks that the backend is not a device; `what` names the operation: "a search is explained".
@@ -43,7 +44,12 @@ struct Noun {
 bool valid_filters(const Filters& filters, std::size_t count, const char* set, const Noun& noun,
                    Result& r) noexcept;
 
-// The same for boxes in device memory: values that need a read of the boxes are left to the device.
+// The same without reading the worlds.
+bool valid_filter_lengths(const Filters& filters, std::size_t count, const char* set,
+                          const Noun& noun, Result& r) noexcept;
+
+// The full check for boxes in device memory: values that need a read of the boxes are left to the
+// device.
 bool valid_on_device(const Boxes& a, const Boxes* b, const Options& options, Result& r) noexcept;
 
 // Checks that the array is not null unless empty, and that `which` is valid. False, with status and

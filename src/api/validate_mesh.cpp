@@ -33,7 +33,7 @@ bool valid_arrays(const TriangleMesh& mesh, const char* which, Result& r) noexce
     set_message(r, "the stride of the vertices of %s is %llu bytes; it must be a multiple of %llu",
                 which, ull{vertices.stride_bytes()}, ull{unit});
   } else {
-    return valid_filters(mesh.filters, n, which, triangle_noun, r);
+    return true;
   }
   return refuse(r, Status::bad_mesh);
 }
@@ -51,8 +51,23 @@ bool valid_transform(const TriangleMesh& mesh, const char* which, Result& r) noe
 
 }  // namespace
 
+bool valid_mesh_margin(float margin, Result& r) noexcept {
+  if (margin == 0) return true;
+  set_message(r, "the margin is %g, but a margin is for boxes; use find_within for triangles",
+              double{margin});
+  return refuse(r, Status::bad_option);
+}
+
 bool valid_mesh(const TriangleMesh& mesh, const char* which, Result& r) noexcept {
-  return valid_arrays(mesh, which, r) && valid_transform(mesh, which, r);
+  return valid_arrays(mesh, which, r) &&
+         valid_filters(mesh.filters, mesh.size(), which, triangle_noun, r) &&
+         valid_transform(mesh, which, r);
+}
+
+bool valid_mesh_on_device(const TriangleMesh& mesh, const char* which, Result& r) noexcept {
+  return valid_arrays(mesh, which, r) &&
+         valid_filter_lengths(mesh.filters, mesh.size(), which, triangle_noun, r) &&
+         valid_transform(mesh, which, r);
 }
 
 void explain_bad_triangle(const TriangleMesh& mesh, const char* which, std::uint64_t triangle,

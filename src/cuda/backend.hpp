@@ -5,11 +5,14 @@
 
 #include <throng/cuda.hpp>
 #include <throng/cuda_broad_phase.hpp>
+#include <throng/cuda_mesh.hpp>
 #include <throng/finder.hpp>
+#include <throng/mesh.hpp>
 #include <throng/options.hpp>
 
 #include "base/output.hpp"
 #include "base/update_boxes.hpp"
+#include "mesh/triangle_boxes.hpp"
 
 namespace throng::device {
 struct QueryBatch;
@@ -35,6 +38,31 @@ class Engine {
   virtual Pairs find_growing(const Boxes& a, const Boxes* b, const Options&, Stream, Result&) = 0;
   virtual void find_async(const Boxes& a, const Boxes* b, const Options&, Pair* out,
                           std::size_t capacity, Report* report, Stream) = 0;
+
+  virtual std::size_t held() const noexcept = 0;
+};
+
+// The same for intersections of triangles.
+class MeshEngine {
+ public:
+  virtual ~MeshEngine() = default;
+
+  // Meshes and pairs in host memory.
+  virtual void find(const TriangleMesh& a, const TriangleMesh* b, const Options&,
+                    std::size_t already_held, base::Output*, const Consumer*, MeshResult&) = 0;
+  // After status bad_mesh.
+  virtual const mesh::MeshDefects& defects() const noexcept = 0;
+  virtual bool defects_in_second() const noexcept = 0;
+
+  // Meshes and pairs in device memory.
+  virtual void reserve(std::size_t triangles, std::size_t pairs, std::size_t converted_vertices,
+                       Stream) = 0;
+  virtual void find_on_device(const TriangleMesh& a, const TriangleMesh* b, const Options&,
+                              Pair* out, std::size_t capacity, Stream, MeshResult&) = 0;
+  virtual Pairs find_growing(const TriangleMesh& a, const TriangleMesh* b, const Options&, Stream,
+                             MeshResult&) = 0;
+  virtual void find_async(const TriangleMesh& a, const TriangleMesh* b, const Options&, Pair* out,
+                          std::size_t capacity, MeshReport* report, Stream) = 0;
 
   virtual std::size_t held() const noexcept = 0;
 };
@@ -76,6 +104,7 @@ class Scene {
 bool is_built() noexcept;
 // For the current device. Failure: no_device, with CUDA's message; out_of_memory.
 Engine* create(const MemoryResource&);
+MeshEngine* create_mesh_engine(const MemoryResource&);
 Scene* create_scene(float fat_margin, const Options&, const MemoryResource&);
 void check_available();
 

@@ -10,6 +10,8 @@ void check_available() { throw device::Failure{Status::no_device}; }
 
 Engine* create(const MemoryResource&) { throw device::Failure{Status::no_device}; }
 
+MeshEngine* create_mesh_engine(const MemoryResource&) { throw device::Failure{Status::no_device}; }
+
 Scene* create_scene(float, const Options&, const MemoryResource&) {
   throw device::Failure{Status::no_device};
 }

@@ -97,6 +97,11 @@ class Device {
   // Copies boxes from host memory; see cuda/upload.hpp.
   static std::size_t boxes_bytes(const Boxes& boxes) noexcept { return bytes_on_device(boxes); }
   Boxes copy_boxes(const Boxes& boxes, char*& to) { return upload(boxes, to, staging_, stream_); }
+  // The same of a mesh.
+  static std::size_t mesh_bytes(const TriangleMesh& mesh) noexcept { return bytes_on_device(mesh); }
+  TriangleMesh copy_mesh(const TriangleMesh& mesh, char*& to) {
+    return upload(mesh, to, staging_, stream_);
+  }
   static constexpr std::size_t staging_bytes = Staging::total_bytes;
   std::size_t held() const noexcept { return staging_.held() + copy_bytes_; }
   // Frees what can be allocated again.
@@ -188,23 +193,26 @@ class Device {
     std::size_t bytes = scratch_bytes_;
     check(cub::DeviceScan::ExclusiveSum(scratch_, bytes, values, values, count, stream_));
   }
-  template <class Search>
-  void search(std::uint64_t bound, const Search& search, const device::PairSink& sink) const {
+  template <class Search, class Check = AcceptAll>
+  void search(std::uint64_t bound, const Search& search, const device::PairSink& sink,
+              const Check& test = {}) const {
     if (bound == 0) return;
     if constexpr (requires { Search::max_in_world; }) {
+      static_assert(std::is_same_v<Check, AcceptAll>);
       const auto kernel = run_worlds<Search>;
       kernel<<<blocks(bound, resident(kernel)), block_threads, 0, stream_>>>(search, sink);
       check(cudaGetLastError());
     } else if constexpr (requires { Search::max_targets; }) {
-      const auto kernel = run_grid_search<Search>;
-      kernel<<<blocks(bound, resident(kernel)), block_threads, 0, stream_>>>(search, sink);
+      const auto kernel = run_grid_search<Search, Check>;
+      kernel<<<blocks(bound, resident(kernel)), block_threads, 0, stream_>>>(search, sink, test);
       check(cudaGetLastError());
     } else {
-      const auto kernel = run_walks<Search>;
+      const auto kernel = run_walks<Search, Check>;
       const unsigned most = resident(kernel);
       for (std::uint64_t begin = 0, end; begin < bound; begin = end) {
         end = stop_ ? std::min(begin + walks_per_stop_check, bound) : bound;
-        kernel<<<blocks(end - begin, most), block_threads, 0, stream_>>>(search, sink, begin, end);
+        kernel<<<blocks(end - begin, most), block_threads, 0, stream_>>>(search, sink, test, begin,
+                                                                         end);
         check(cudaGetLastError());
         check_stop();
       }

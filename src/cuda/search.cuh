@@ -34,13 +34,21 @@ __device__ inline float4 load_shared4(std::uint32_t at) {
   return v;
 }
 
-// The check that accepts every pair.
-struct AcceptAll {
-  __device__ bool operator()(std::uint32_t, std::uint32_t) const { return true; }
+using device::AcceptAll;
+
+// A check whose data stay where they are: a kernel's parameters take no registers.
+template <class Check>
+struct CheckReference {
+  const Check& check;
+  __device__ bool operator()(std::uint32_t i, std::uint32_t j) const { return check(i, j); }
+  __device__ void add_candidates(std::uint64_t count) const { check.add_candidates(count); }
 };
+template <class Check>
+using HeldCheck =
+    std::conditional_t<std::is_same_v<Check, AcceptAll>, AcceptAll, CheckReference<Check>>;
 
 // Output buffer of one warp: collects hits in shared memory and writes some hundred with one atomic
-// addition. Applies `Check` to the hits before writing.
+// addition. Applies `Check` to the hits before writing: each lane takes hits by their number.
 template <class Check = AcceptAll>
 class WarpOutputBuffer {
  public:
@@ -80,6 +88,7 @@ class WarpOutputBuffer {
   __device__ void apply_check() {
     __syncwarp();
     if constexpr (std::is_same_v<Check, AcceptAll>) return;
+    if constexpr (counts_candidates) candidates_ += held_;
     unsigned kept = 0;
     for (unsigned k = 0; k < held_; k += 32) {
       const bool some = k + lane() < held_;
@@ -95,11 +104,18 @@ class WarpOutputBuffer {
   }
   __device__ unsigned held() const { return held_; }
 
+  static constexpr bool counts_candidates = requires(const Check& check) {
+    check.add_candidates(std::uint64_t{});
+  };
+  __device__ std::uint64_t candidates() const { return candidates_; }
+  __device__ const Check& check() const { return check_; }
+
  private:
   __device__ unsigned lane() const { return __popc(below_); }
 
   std::uint32_t pairs_;
   unsigned below_, held_ = 0;  // below: a bit for each lane before this one
+  std::uint64_t candidates_ = 0;
   const device::PairSink& sink_;
   Check check_;
 };
@@ -110,13 +126,14 @@ template <class OutputBuffer>
 __device__ void finish(OutputBuffer& output, std::uint64_t comparisons,
                        const device::PairSink& sink) {
   constexpr unsigned warps = block_threads / 32;
-  __shared__ unsigned long long held[warps], compared[warps];
+  __shared__ unsigned long long held[warps], compared[warps], candidates[warps];
   const unsigned warp = threadIdx.x / 32;
   for (int half = 16; half > 0; half /= 2) comparisons += __shfl_down_sync(~0u, comparisons, half);
   output.apply_check();
   if (threadIdx.x % 32 == 0) {
     held[warp] = output.held();
     compared[warp] = comparisons;
+    if constexpr (OutputBuffer::counts_candidates) candidates[warp] = output.candidates();
   }
   __syncthreads();
   if (threadIdx.x == 0) {
@@ -127,6 +144,11 @@ __device__ void finish(OutputBuffer& output, std::uint64_t comparisons,
     }
     std::uint64_t at = pairs != 0 ? device::fetch_add(&sink.report->found, pairs) : 0;
     if (all != 0) device::fetch_add(&sink.report->comparisons, all);
+    if constexpr (OutputBuffer::counts_candidates) {
+      std::uint64_t sum = 0;
+      for (unsigned k = 0; k < warps; ++k) sum += candidates[k];
+      if (sum != 0) output.check().add_candidates(sum);
+    }
     for (unsigned k = 0; k < warps; ++k) {
       const std::uint64_t own = held[k];
       held[k] = at;  // from here on: the place of the warp's hits
@@ -137,14 +159,23 @@ __device__ void finish(OutputBuffer& output, std::uint64_t comparisons,
   output.write(held[warp]);
 }
 
+// Blocks per SM that kernels must allow, so a bound on the registers of a thread. A check takes
+// more of them.
+template <class Check>
+constexpr unsigned walk_blocks = std::is_same_v<Check, AcceptAll> ? 0 : 2;
+template <class Check>
+constexpr unsigned grid_blocks = std::is_same_v<Check, AcceptAll> ? 4 : 2;
+
 // One walk per lane, for searches of nearly equal work: indices from `begin` to `end`. Grid-stride
 // loop.
-template <class Search>
-__global__ void __launch_bounds__(block_threads)
-    run_walks(Search search, device::PairSink sink, std::uint64_t begin, std::uint64_t end) {
-  __shared__ Pair outputs[block_threads / 32][WarpOutputBuffer<>::max_held];
+template <class Search, class Check>
+__global__ void __launch_bounds__(block_threads, walk_blocks<Check>)
+    run_walks(Search search, device::PairSink sink, Check check, std::uint64_t begin,
+              std::uint64_t end) {
+  using OutputBuffer = WarpOutputBuffer<HeldCheck<Check>>;
+  __shared__ Pair outputs[block_threads / 32][OutputBuffer::max_held];
   const unsigned lane = threadIdx.x % 32;
-  WarpOutputBuffer<> output(outputs[threadIdx.x / 32], sink, lane);
+  OutputBuffer output(outputs[threadIdx.x / 32], sink, lane, {check});
   const std::uint64_t all = search.count(), count = all < end ? all : end;
   const std::uint64_t step = std::uint64_t{gridDim.x} * block_threads;
   std::uint64_t comparisons = 0;
@@ -196,10 +227,10 @@ __device__ void store_candidates(std::uint32_t to, unsigned some, std::uint32_t 
 // the lanes share all candidates, because some boxes have many more than others. Adjacent lanes
 // read adjacent records. `mixed`: as in GridQuery. HostDevice::search_grid_rows is the host
 // implementation.
-template <bool mixed, class Search>
+template <bool mixed, class Search, class OutputBuffer>
 __device__ void search_grid_rows(const Search& search, const base::SizeClassGrid& cells,
                                  const std::uint8_t* targets, unsigned target_count,
-                                 WarpCandidates& kept, WarpOutputBuffer<>& output,
+                                 WarpCandidates& kept, OutputBuffer& output,
                                  std::uint64_t& comparisons) {
   constexpr int row_bits = Search::row_bits + 1;  // a row, or all of them; the rest is a lane
   static_assert(row_bits + 5 <= 32);
@@ -278,11 +309,12 @@ __device__ void search_grid_rows(const Search& search, const base::SizeClassGrid
   }
 }
 
-template <class Search>
-__global__ void __launch_bounds__(block_threads, 4)
-    run_grid_search(Search search, device::PairSink sink) {
+template <class Search, class Check>
+__global__ void __launch_bounds__(block_threads, grid_blocks<Check>)
+    run_grid_search(Search search, device::PairSink sink, Check check) {
   constexpr unsigned warps = block_threads / 32;
-  __shared__ Pair outputs[warps][WarpOutputBuffer<>::max_held];
+  using OutputBuffer = WarpOutputBuffer<HeldCheck<Check>>;
+  __shared__ Pair outputs[warps][OutputBuffer::max_held];
   __shared__ WarpCandidates kept[warps];
   __shared__ base::SizeClassGrid cells;
   __shared__ std::uint8_t targets[Search::max_targets];
@@ -305,7 +337,7 @@ __global__ void __launch_bounds__(block_threads, 4)
   }
   if (none) return;
   __syncthreads();
-  WarpOutputBuffer<> output(outputs[warp], sink, lane);
+  OutputBuffer output(outputs[warp], sink, lane, {check});
   std::uint64_t comparisons = 0;
   if (cells.hashed || !Search::is_plain)
     search_grid_rows<true>(search, cells, targets, target_count, kept[warp], output, comparisons);

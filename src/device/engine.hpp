@@ -24,6 +24,7 @@
 #include <throng/options.hpp>
 
 #include "base/output.hpp"
+#include "device/box_job.hpp"
 #include "device/device_buffer.hpp"
 #include "device/failure.hpp"
 #include "device/pipeline.hpp"
@@ -51,29 +52,31 @@ class Engine {
   // whatever the consumer throws.
   void find(const Boxes& a, const Boxes* b, const Options& options, std::size_t already_held,
             base::Output* output, const Consumer* consumer, Result& r) {
-    const std::uint64_t total = std::uint64_t{a.size()} + (b ? b->size() : 0);
-    if (total > max_pipeline_boxes) throw Failure{Status::too_many_boxes, total};
+    BoxJob<Device> job(a, b, options);
+    find(job, options, already_held, output, consumer, r);
+  }
+  // The same for any job: see device/box_job.hpp.
+  template <class Job>
+  void find(Job& job, const Options& options, std::size_t already_held, base::Output* output,
+            const Consumer* consumer, Result& r) {
+    if (job.size() > max_pipeline_boxes) throw Failure{Status::too_many_boxes, job.size()};
     const bool in_order = options.order == Order::canonical;
     r.plan.reason = "";
-    if (total == 0) return;
-    Call call{make_input(a, b, options), false, &r};
+    if (job.size() == 0) return;
+    Call<Job> call{job, job.shape(), false, &r};
     call.brute = Pipeline<Device>::brute_force(call.in, options.algorithm);
     set_plan(call.brute, r);
     // All sizes are known before the first allocation.
-    const std::size_t boxes_bytes = Device::boxes_bytes(a) + (b ? Device::boxes_bytes(*b) : 0);
+    const std::size_t input_bytes = job.bytes();
     const std::size_t bytes = call.w.template carve<Device>(call.in.count, nullptr);
     std::size_t block_pairs_capacity =
         std::min<std::size_t>(usual_block_pairs, std::size_t{8} * call.in.count + 1024);
     if (consumer && options.memory_cap_bytes)
       block_pairs_capacity = pairs_under_cap(options.memory_cap_bytes, already_held, call.in,
-                                             in_order, {boxes_bytes, bytes});
-    if constexpr (!Device::reaches_host_memory) {
-      char* to = boxes_.ensure(boxes_bytes);
-      const Boxes first = device_.copy_boxes(a, to);
-      const Boxes second = b ? device_.copy_boxes(*b, to) : Boxes();
-      call.in = make_input(first, b ? &second : nullptr, options);
-    }
+                                             in_order, {input_bytes, bytes});
+    call.in = job.prepare(device_, boxes_.ensure(input_bytes));
     call.w.template carve<Device>(call.in.count, workspace_.ensure(bytes));
+    call.w.report = job.report(call.w.report);
     const Pipeline<Device> pipeline(device_);
     pipeline.build(call.in, call.brute, call.w);
     if (!accept_report(call, options.nan)) return;
@@ -87,7 +90,9 @@ class Engine {
   }
 
  private:
+  template <class Job>
   struct Call {
+    Job& job;
     Input in;
     bool brute;
     Result* result;
@@ -96,26 +101,30 @@ class Engine {
   static constexpr std::size_t usual_block_pairs = std::size_t{1}
                                                    << 22;  // pairs per block, without a cap
 
-  // Reads the report; returns false if a NaN is refused.
-  bool accept_report(Call& call, NanPolicy policy) {
-    const Report report = device_.read(*call.w.report);
+  // Reads the report; returns false if the input is refused.
+  template <class Job>
+  bool accept_report(Call<Job>& call, NanPolicy policy) {
+    const Report report = call.job.read(device_, *call.w.report);
     Result& r = *call.result;
     if (!call.brute) {
       const base::SizeClassGrid grid = device_.read(*call.w.grid);
       std::copy(grid.classes[0].cells, grid.classes[0].cells + 3, r.plan.columns);
     }
     set_worlds_reason(call.brute, report, call.in, r);
-    return accept(report, call.in, policy, r, nan_in_second_);
+    return call.job.accept(device_, report, call.in, policy, r, nan_in_second_);
   }
 
   // One search into device memory; returns the number of pairs found.
-  std::uint64_t search(Call& call, Pair* out, std::uint64_t capacity,
+  template <class Job>
+  std::uint64_t search(Call<Job>& call, Pair* out, std::uint64_t capacity,
                        const FirstRange& range = {}) {
+    const PairSink sink{out, capacity, call.w.report};
     device_.clear(&call.w.report->found, sizeof call.w.report->found);
     device_.clear(&call.w.report->comparisons, sizeof call.w.report->comparisons);
-    Pipeline<Device>(device_).find(call.in, call.brute, call.w, {out, capacity, call.w.report},
-                                   range);
-    const Report report = device_.read(*call.w.report);
+    call.job.begin_search(device_);
+    Pipeline<Device>(device_).find(call.in, call.brute, call.w, sink, range, call.job.check());
+    call.job.end_search(device_, sink);
+    const Report report = call.job.read(device_, *call.w.report);
     call.result->comparisons = report.comparisons;
     return report.found;
   }
@@ -127,7 +136,8 @@ class Engine {
     output.capacity = pairs;
   }
 
-  void find_into(Call& call, base::Output& output) {
+  template <class Job>
+  void find_into(Call<Job>& call, base::Output& output) {
     Result& r = *call.result;
     if constexpr (Device::reaches_host_memory) {
       for (;;) {
@@ -147,7 +157,8 @@ class Engine {
   }
 
   // All pairs, in unordered_. If the output cannot grow, only its capacity is guaranteed.
-  void found_on_device(Call& call, const base::Output& output) {
+  template <class Job>
+  void found_on_device(Call<Job>& call, const base::Output& output) {
     Result& r = *call.result;
     if (unordered_.bytes() == 0) {
       const std::size_t guess =
@@ -164,7 +175,8 @@ class Engine {
     }
   }
 
-  void sort(Call& call, Pair* pairs, Pair* out, std::size_t count) {
+  template <class Job>
+  void sort(Call<Job>& call, Pair* pairs, Pair* out, std::size_t count) {
     const std::size_t bytes = Device::sort_bytes(count);
     void* scratch = bytes ? sorting_.ensure(bytes) : nullptr;
     device_.sort(pairs, scratch, bytes, out, count, count, call.w.report, call.in);
@@ -172,7 +184,8 @@ class Engine {
 
   // Finds into the engine's memory, then sorts into the caller's, which stays untouched if too
   // small.
-  void find_in_order(Call& call, base::Output& output) {
+  template <class Job>
+  void find_in_order(Call<Job>& call, base::Output& output) {
     Result& r = *call.result;
     found_on_device(call, output);
     if (r.found > output.capacity) {
@@ -217,7 +230,7 @@ class Engine {
     return std::size_t{in.first_count} * sizeof(std::uint32_t);
   }
   // Pairs per block under a cap. Failure: memory_cap_too_small, with the bytes needed. `fixed`:
-  // bytes of the boxes' copy and of the workspace.
+  // bytes of the job and of the workspace.
   std::size_t pairs_under_cap(std::size_t cap, std::size_t already_held, const Input& in,
                               bool in_order, const std::array<std::size_t, 2>& fixed) {
     // The host may need a copy of the counts.
@@ -247,7 +260,8 @@ class Engine {
 
   // Delivers in blocks: ranges of first indices whose pairs fit. Each range is searched and, if
   // requested, sorted separately, so the concatenation is sorted as well.
-  void consume(Call& call, const Consumer& consumer, bool in_order, std::size_t capacity) {
+  template <class Job>
+  void consume(Call<Job>& call, const Consumer& consumer, bool in_order, std::size_t capacity) {
     Result& r = *call.result;
     capacity = std::max(capacity, max_pairs_of_one(call.in) + 1);
     auto* pairs = reinterpret_cast<Pair*>(unordered_.ensure(capacity * sizeof(Pair)));
@@ -269,6 +283,7 @@ class Engine {
       return;
     }
     const std::uint64_t found = r.found, comparisons = r.comparisons;
+    call.job.keep_counts();
     const std::uint32_t* counts = count_firsts(call);
     for (std::uint32_t begin = 0, end = 0; begin < call.in.first_count; begin = end) {
       std::uint64_t sum = 0;
@@ -282,8 +297,9 @@ class Engine {
     r.comparisons = comparisons;
   }
 
-  // Returns host memory: the number of pairs per first index.
-  const std::uint32_t* count_firsts(Call& call) {
+  // Returns host memory: the number of pairs per first index, before a check.
+  template <class Job>
+  const std::uint32_t* count_firsts(Call<Job>& call) {
     const std::size_t bytes = firsts_bytes(call.in);
     auto* counts = reinterpret_cast<std::uint32_t*>(counts_.ensure(bytes));
     device_.clear(counts, bytes);

@@ -9,8 +9,10 @@
 #include <cstring>
 #include <memory_resource>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
+#include <throng/mesh.hpp>
 #include <throng/options.hpp>
 
 #include "device/failure.hpp"
@@ -54,6 +56,8 @@ class HostDevice {
   static constexpr bool reaches_host_memory = true;
   static std::size_t boxes_bytes(const Boxes&) noexcept { return 0; }
   static Boxes copy_boxes(const Boxes& boxes, char*&) noexcept { return boxes; }
+  static std::size_t mesh_bytes(const TriangleMesh&) noexcept { return 0; }
+  static TriangleMesh copy_mesh(const TriangleMesh& mesh, char*&) noexcept { return mesh; }
   static constexpr std::size_t staging_bytes = 0;
   static std::size_t held() noexcept { return 0; }
   static void release_host_copy() noexcept {}
@@ -154,14 +158,22 @@ class HostDevice {
     });
   }
 
-  template <class Search>
-  void search(std::uint64_t bound, const Search& search, const PairSink& sink) const {
+  template <class Search, class Check = AcceptAll>
+  void search(std::uint64_t bound, const Search& search, const PairSink& sink,
+              const Check& check = {}) const {
     parallel_for(bound, 512, [&](std::uint64_t begin, std::uint64_t end) {
       constexpr std::size_t buffer_size = 512;
       Pair pairs[buffer_size];
       std::size_t held = 0;
       std::uint64_t comparisons = 0;
       const auto flush = [&] {
+        if constexpr (!std::is_same_v<Check, AcceptAll>) {
+          check.add_candidates(held);
+          held = static_cast<std::size_t>(
+              std::remove_if(pairs, pairs + held,
+                             [&](const Pair& p) { return !check(p.first, p.second); }) -
+              pairs);
+        }
         const std::uint64_t at = fetch_add(&sink.report->found, std::uint64_t{held});
         const std::uint64_t fits = at < sink.capacity ? sink.capacity - at : 0;
         std::copy_n(pairs, std::min<std::uint64_t>(fits, held), fits ? sink.out + at : sink.out);

@@ -66,6 +66,8 @@ struct Input {
   std::uint32_t present = 0;  // group bits that occur
   // Boxes other than these will query the grid, so it is always built.
   bool has_external_queries = false;
+  // Small worlds are not searched one by one.
+  bool grid_only = false;
   // In the memory of the device that runs it; 0: no grid is needed. Null: a grid is needed.
   const std::uint32_t* grid_wanted = nullptr;
 

@@ -14,34 +14,10 @@
 
 #include <throng/broad_phase.hpp>
 
+#include "device/list_search.hpp"
 #include "device/pair_event_stages.hpp"
 
 namespace throng::device {
-
-// Adapts a list to the search interface, so that the device gathers the hits: one test per element.
-template <class Test>
-struct ListSearch {
-  Test test;
-
-  THRONG_HD std::uint64_t count() const noexcept { return test.count(); }
-  class Walk {
-   public:
-    THRONG_HD Walk(const Test& test, std::uint64_t i) noexcept : test_(test), i_(i) {}
-    THRONG_HD bool over() const noexcept { return over_; }
-    THRONG_HD std::uint32_t comparisons() const noexcept { return compared_; }
-    THRONG_HD bool step(Pair& pair) noexcept {
-      over_ = true;
-      return test_(i_, pair, compared_);
-    }
-
-   private:
-    const Test& test_;
-    std::uint64_t i_;
-    std::uint32_t compared_ = 0;
-    bool over_ = false;
-  };
-  THRONG_HD Walk begin(std::uint64_t i) const noexcept { return Walk(test, i); }
-};
 
 // The uncertain candidates, each with a flag for being a pair now: the top bit of the first id,
 // which no id has. Valid for these candidates and fat boxes while no object becomes inactive or

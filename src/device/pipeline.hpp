@@ -14,7 +14,9 @@
 //                           Each array has two halves of `capacity` entries
 //   place(count, PlaceBuckets)
 //                           the block-wide steps of device/cell_sort.hpp
-//   search(bound, s, sink)  walks s.begin(i), i < s.count() <= bound, and writes the hits
+//   search(bound, s, sink, check)
+//                           walks s.begin(i), i < s.count() <= bound, collects the hits, and writes
+//                           those that pass the check; by default all
 //   fork(f), join()         f's work may run concurrently with all that follows, until join()
 //   mark(stage)             the end of a stage, for timing
 //   sorted_above            inputs of more boxes are sorted by cell
@@ -29,6 +31,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 
 #include <throng/options.hpp>
 
@@ -256,7 +259,7 @@ class Pipeline {
 
   // Whether small worlds, if the boxes turn out to be such, are searched one by one.
   static bool by_worlds(const Input& in) noexcept {
-    return in.has_worlds && !in.two_sets && !in.has_external_queries;
+    return in.has_worlds && !in.two_sets && !in.has_external_queries && !in.grid_only;
   }
 
   // build and find, if the report is not read in between.
@@ -327,17 +330,23 @@ class Pipeline {
     }
   }
 
-  // Finds the pairs of `range`, by default all; adds to report->found.
+  // Finds the pairs of `range`, by default all; adds to report->found. A check needs in.grid_only.
+  template <class Check = AcceptAll>
   void find(const Input& in, bool brute, const Workspace& w, const PairSink& sink,
-            const FirstRange& range = {}) const {
+            const FirstRange& range = {}, const Check& check = {}) const {
     if (!brute && !in.has_filters && !in.two_sets && range.holds_all()) {
       using Plain = GridSearchOf<GridSearchMode::plain>;
       device_.search(in.count, Plain{in, w.grid, w.table, w.occupied, w.records, w.report, range},
-                     sink);
-    } else {
+                     sink, check);
+    } else if constexpr (std::is_same_v<Check, AcceptAll>) {
       with_search(in, brute, w, range, [&](std::uint64_t bound, const auto& search) {
         device_.search(bound, search, sink);
       });
+    } else if (brute) {
+      const TileSearch search{in, w.records, range};
+      device_.search(search.count(), search, sink, check);
+    } else {
+      device_.search(in.count, grid_search(in, w, range), sink, check);
     }
     device_.mark(Stage::find);
   }

@@ -14,6 +14,12 @@
 
 namespace throng::device {
 
+// A check of hits accepts or refuses a pair; this one accepts all. Others also have
+// add_candidates(n), which a thread calls for n pairs that it has checked or will check.
+struct AcceptAll {
+  THRONG_HD bool operator()(std::uint32_t, std::uint32_t) const noexcept { return true; }
+};
+
 // Limits the search to pairs whose first index is one of `count` from `begin`.
 struct FirstRange {
   std::uint32_t begin = 0, count = ~0u;

@@ -251,18 +251,26 @@ THRONG_HD inline CrossingOrder crossing_order(const int (&of_a)[3], const int (&
   const int i = lone_vertex(of_a[0], of_a[1], of_a[2]);
   const int k = lone_vertex(of_b[0], of_b[1], of_b[2]);
   CrossingOrder order = {{i, (i + 1) % 3, (i + 2) % 3}, {k, (k + 1) % 3, (k + 2) % 3}};
-  // Exchanging two vertices of a triangle exchanges the sides of its plane.
-  if (of_a[i] < 0) {
+  // Exchanging two vertices of a triangle exchanges the sides of its plane. The lone vertex is on
+  // the negative side if the sum is positive.
+  if (of_a[0] + of_a[1] + of_a[2] > 0) {
     const int swapped = order.b[1];
     order.b[1] = order.b[2];
     order.b[2] = swapped;
   }
-  if (of_b[k] < 0) {
+  if (of_b[0] + of_b[1] + of_b[2] > 0) {
     const int swapped = order.a[1];
     order.a[1] = order.a[2];
     order.a[2] = swapped;
   }
   return order;
+}
+
+// p[i] by selections: a device has no indexed registers.
+THRONG_HD inline DoubleVec3 point_at(const DoubleVec3 (&p)[3], int i) noexcept {
+  const auto select = [i](double x, double y, double z) { return i == 0 ? x : (i == 1 ? y : z); };
+  return {select(p[0].x, p[1].x, p[2].x), select(p[0].y, p[1].y, p[2].y),
+          select(p[0].z, p[1].z, p[2].z)};
 }
 
 // Triangles without a common vertex. If each has vertices strictly on both sides of the other's
@@ -287,11 +295,14 @@ THRONG_HD inline Decision decide_meeting(const DoubleVec3 (&a)[3],
     return apart_in_plane(a, b) || apart_in_plane(b, a) ? Decision::no : Decision::unsure;
   }
   const CrossingOrder order = crossing_order(of_a, of_b);
-  const DoubleVec3 &a0 = a[order.a[0]], &b0 = b[order.b[0]];
+  const DoubleVec3 a0 = point_at(a, order.a[0]), b0 = point_at(b, order.b[0]);
   const DoubleVec3 to_b0 = minus(b0, a0);
-  const int first = PlaneFilter(minus(a[order.a[1]], a0), to_b0).side(minus(b[order.b[1]], a0));
+  const int first = PlaneFilter(minus(point_at(a, order.a[1]), a0), to_b0)
+                        .side(minus(point_at(b, order.b[1]), a0));
   if (first > 0) return Decision::no;
-  const int second = PlaneFilter(minus(a[order.a[2]], a0), minus(b[order.b[2]], a0)).side(to_b0);
+  const int second =
+      PlaneFilter(minus(point_at(a, order.a[2]), a0), minus(point_at(b, order.b[2]), a0))
+          .side(to_b0);
   if (second > 0) return Decision::no;
   return first * second == 0 ? Decision::unsure : Decision::yes;
 }

@@ -3,6 +3,8 @@
 
 #include <throng/mesh.hpp>
 
+#include "base/host_device_macros.hpp"
+
 namespace throng::mesh {
 
 inline bool is_identity(const AffineTransform& t) noexcept {
@@ -15,8 +17,8 @@ inline bool is_identity(const AffineTransform& t) noexcept {
 }
 
 // Every operation is rounded to nearest: the result is documented at TriangleMesh::transform.
-inline DoubleVec3 transformed(const AffineTransform& t, const DoubleVec3& p) noexcept {
-  const auto row = [&p](const double(&m)[4]) {
+THRONG_HD inline DoubleVec3 transformed(const AffineTransform& t, const DoubleVec3& p) noexcept {
+  const auto row = [&](const double(&m)[4]) {
     return ((m[0] * p.x + m[1] * p.y) + m[2] * p.z) + m[3];
   };
   return {row(t.row[0]), row(t.row[1]), row(t.row[2])};

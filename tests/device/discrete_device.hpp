@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstring>
 
 #include "base/threads.hpp"
 #include "device/host_device.hpp"
@@ -48,6 +49,36 @@ class DiscreteDevice : public HostDevice {
     to += boxes.size() * sizeof(std::int32_t);
     return view;
   }
+  // Packed vertices and triangles; no filters but worlds.
+  static std::size_t mesh_bytes(const TriangleMesh& mesh) {
+    return aligned(mesh.vertices.size() * vertex_bytes(mesh)) +
+           aligned(mesh.size() * sizeof(Triangle)) +
+           (mesh.filters.world ? aligned(mesh.size() * sizeof(std::int32_t)) : 0);
+  }
+  TriangleMesh copy_mesh(const TriangleMesh& mesh, char*& to) {
+    const std::size_t vertices = mesh.vertices.size(), n = mesh.size(), bytes = vertex_bytes(mesh);
+    char* const points = to;
+    for (std::size_t i = 0; i < vertices; ++i) {
+      std::memcpy(points + i * bytes,
+                  static_cast<const char*>(mesh.vertices.data()) + i * mesh.vertices.stride_bytes(),
+                  bytes);
+    }
+    to += aligned(vertices * bytes);
+    auto* const triangles = reinterpret_cast<Triangle*>(to);
+    for (std::size_t i = 0; i < n; ++i) triangles[i] = mesh.triangles[i];
+    to += aligned(n * sizeof(Triangle));
+    const Vertices there = mesh.vertices.is_float()
+                               ? Vertices(reinterpret_cast<const Vec3*>(points), vertices)
+                               : Vertices(reinterpret_cast<const DoubleVec3*>(points), vertices);
+    TriangleMesh view(there, triangles, n);
+    view.transform = mesh.transform;
+    if (!mesh.filters.world) return view;
+    auto* const worlds = reinterpret_cast<std::int32_t*>(to);
+    for (std::size_t i = 0; i < n; ++i) worlds[i] = mesh.filters.world[i];
+    view.filters.world = {worlds, n};
+    to += aligned(n * sizeof(std::int32_t));
+    return view;
+  }
   std::size_t held() const { return (staging_ ? staging_bytes : 0) + copy_bytes_; }
   void release_host_copy() {
     if (copy_) release(copy_, copy_bytes_);
@@ -86,10 +117,11 @@ class DiscreteDevice : public HostDevice {
     ++launches;
     HostDevice::scan(values, count);
   }
-  template <class Search>
-  void search(std::uint64_t bound, const Search& search, const PairSink& sink) {
+  template <class Search, class Check = AcceptAll>
+  void search(std::uint64_t bound, const Search& search, const PairSink& sink,
+              const Check& check = {}) {
     ++launches;
-    HostDevice::search(bound, search, sink);
+    HostDevice::search(bound, search, sink, check);
   }
   template <class Test, class Tiles>
   void gather(std::uint64_t bound, const Test& test, const Tiles& to) {
@@ -135,6 +167,11 @@ class DiscreteDevice : public HostDevice {
   }
 
  private:
+  static std::size_t aligned(std::size_t bytes) { return (bytes + 255) / 256 * 256; }
+  static std::size_t vertex_bytes(const TriangleMesh& mesh) {
+    return mesh.vertices.is_float() ? sizeof(Vec3) : sizeof(DoubleVec3);
+  }
+
   void* staging_ = nullptr;
   void* copy_ = nullptr;
   std::size_t copy_bytes_ = 0;

@@ -57,12 +57,12 @@ expect() {
   fi
 }
 # None of these needs GPU tools.
-steps=(conformance gpu-api lattices check scaling scenes stages bodies tracking queries crossover device files paper-tests paper)
+steps=(conformance gpu-api lattices check scaling scenes stages bodies tracking queries meshes crossover device files paper-tests paper)
 rows() { cat "$out"/h200-nvl/????-??-??-abc1234-dirty.csv; }
 
 sound_programs
 expect 0 'all required checks that ran passed' "${steps[@]}"
-grep -q ', 24 of 26 checks ran' "$folder/said"
+grep -q ', 26 of 28 checks ran' "$folder/said"
 [ -s "$out/gpu_check.log" ]
 [ "$(rows | wc -l)" -eq 9 ]  # the header once, one row per part
 grep -q 'skipped: no throng-paper' "$folder/said"

@@ -1,5 +1,5 @@
-// The paper's future work: its scheme in the narrow phase, on triangles. A thread computes a pair of
-// triangles from its index and decides it exactly; then only the pairs whose boxes overlap are
+// The paper's future work: its scheme in the narrow phase, on triangles. A thread computes a pair
+// of triangles from its index and decides it exactly; then only the pairs whose boxes overlap are
 // numbered.
 #include <algorithm>
 #include <cstdint>
@@ -74,8 +74,8 @@ Section triangles(const Lab& lab) {
     const std::uint64_t n = mesh.triangles.size();
     lab.say(fmt::format("triangles: {}", report::format_short(n)));
     const std::vector<Box> boxes = boxes_of(mesh);
-    const auto add = [&](const std::string& what, std::uint64_t tests, double ms,
-                         const Pair* pairs, std::uint64_t count, DeviceKind device) {
+    const auto add = [&](const std::string& what, std::uint64_t tests, double ms, const Pair* pairs,
+                         std::uint64_t count, DeviceKind device) {
       Row row = lab.row(what, n, "total", "ms", device);
       row.measured = ms;
       row.pairs = count;
@@ -144,7 +144,8 @@ Section triangles(const Lab& lab) {
     section.finding = fmt::format(
         "The scheme carries over: a thread per pair of triangles finds what intersects. At {} "
         "triangles a broad phase before it, in one pass with it, is {} times faster.",
-        report::format_count(largest), report::format_count(static_cast<std::uint64_t>(slowest / fastest)));
+        report::format_count(largest),
+        report::format_count(static_cast<std::uint64_t>(slowest / fastest)));
   }
   section.words = {
       "The paper ends with the plan to use its scheme \"not only on bounding volumes but also on "

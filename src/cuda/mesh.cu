@@ -1,0 +1,231 @@
+#include <memory>
+#include <new>
+
+#include "base/profile.hpp"
+#include "cuda/argument_checks.hpp"
+#include "cuda/backend.hpp"
+#include "cuda/device.cuh"
+#include "device/engine.hpp"
+#include "device/mesh_job.hpp"
+
+namespace throng::cuda {
+namespace {
+
+using device::Failure;
+using device::Input;
+using device::MeshLayout;
+using device::MeshPipeline;
+using device::MeshWorkspace;
+using device::Pipeline;
+using device::Workspace;
+
+class GpuMeshEngine final : public MeshEngine {
+ public:
+  explicit GpuMeshEngine(const MemoryResource& resource) : memory_(resource), engine_(memory_) {}
+  ~GpuMeshEngine() override {
+    if (!own_) return;
+    (void)cudaStreamSynchronize(own_);  // after a stop by the consumer, a copy may still run
+    device().begin(nullptr, false);     // memory is released on a stream that still exists
+    (void)cudaStreamDestroy(own_);
+  }
+
+  void find(const TriangleMesh& a, const TriangleMesh* b, const Options& options,
+            std::size_t already_held, base::Output* output, const Consumer* consumer,
+            MeshResult& r) override {
+    const CurrentDevice current(device().ordinal());
+    if (!own_) check(cudaStreamCreateWithFlags(&own_, cudaStreamNonBlocking));
+    device().begin(own_, options.measure_stages, options.stop);
+    device::MeshJob<Device> job(a, b, options, r);
+    engine_.find(job, options, already_held, output, consumer, r);
+    defects_ = job.defects();
+    defects_in_second_ = job.defects_in_second();
+  }
+  const mesh::MeshDefects& defects() const noexcept override { return defects_; }
+  bool defects_in_second() const noexcept override { return defects_in_second_; }
+
+  void reserve(std::size_t triangles, std::size_t pairs, std::size_t converted_vertices,
+               Stream stream) override {
+    const CurrentDevice current(device().ordinal());
+    check_stream(stream);
+    device().begin(stream, false);
+    if (triangles > device::max_pipeline_boxes) throw Failure{Status::too_many_boxes, triangles};
+    // If memory runs out midway, nothing counts as reserved.
+    const std::size_t boxes = std::max<std::size_t>(triangles, reserved_.boxes);
+    const std::size_t points = std::max(converted_vertices, points_reserved_);
+    if (boxes > reserved_.boxes || points > points_reserved_) {
+      reserved_ = {};
+      points_reserved_ = 0;
+      const auto count = static_cast<std::uint32_t>(boxes);
+      MeshWorkspace sizes;
+      mesh_memory_.ensure(sizes.carve(boxes, points, nullptr));
+      Workspace w;
+      w.carve<Device>(count, workspace_.ensure(w.carve<Device>(count, nullptr)));
+      reserved_ = w;
+      points_reserved_ = points;
+    }
+    if (pairs > pairs_reserved_) {
+      pairs_reserved_ = 0;
+      unordered_.ensure(pairs * sizeof(Pair));
+      sorting_.ensure(Device::sort_bytes(pairs));
+      pairs_reserved_ = pairs;
+    }
+    check(cudaStreamSynchronize(stream));
+  }
+
+  void find_on_device(const TriangleMesh& a, const TriangleMesh* b, const Options& options,
+                      Pair* out, std::size_t capacity, Stream stream, MeshResult& r) override {
+    THRONG_RANGE("search of triangles on the GPU");
+    const bool in_order = options.order == Order::canonical;
+    const std::size_t count = a.size() + (b ? b->size() : 0);
+    r.plan.backend = Backend::cuda;
+    r.plan.reason = "";
+    check_stream(stream);
+    if (count == 0) return;
+    if (!is_reserved(a, b, in_order ? capacity : 0))
+      reserve(count, in_order ? capacity : 0, MeshLayout(a, b).converted_vertices, stream);
+    const CurrentDevice current(device().ordinal());
+    device().begin(stream, options.measure_stages);
+    MeshWorkspace w = workspace();
+    const MeshPipeline<Device> pipeline(device(), a, b, w);
+    const Input in = enqueue(pipeline, w, a, b, options, out, capacity);
+    const MeshReport report = device().read(*w.report);
+    device::set_plan(Pipeline<Device>::brute_force(in, options.algorithm), r);
+    r.times = device().times();
+    r.comparisons = report.search.comparisons;
+    r.candidates = report.candidates;
+    r.exact_tests = report.exact_tests;
+    if (report.search.bad_worlds) {
+      r.invalid_count = report.search.bad_worlds;
+      r.first_invalid = in.local(report.search.first_bad_world());
+      r.status = Status::bad_filter;
+    } else if (report.bad_triangles) {
+      defects_ = pipeline.defects(report, defects_in_second_);
+      r.first_invalid = defects_.first;
+      r.invalid_count = defects_.count;
+      r.status = Status::bad_mesh;
+    } else {
+      r.found = report.search.found;
+      r.written = in_order && r.found > capacity ? 0 : std::min<std::uint64_t>(r.found, capacity);
+      if (r.found > capacity) r.status = Status::buffer_too_small;
+    }
+  }
+
+  Pairs find_growing(const TriangleMesh& a, const TriangleMesh* b, const Options& options,
+                     Stream stream, MeshResult& r) override {
+    const CurrentDevice current(device().ordinal());
+    check_stream(stream);
+    std::size_t wanted = a.size() + (b ? b->size() : 0);
+    if (wanted > device::max_pipeline_boxes) throw Failure{Status::too_many_boxes, wanted};
+    for (const MeshResult fresh = r;; r = fresh) {
+      device().begin(stream, false);
+      if (wanted > found_.bytes() / sizeof(Pair)) found_.ensure(wanted * sizeof(Pair));
+      const std::size_t capacity = found_.bytes() / sizeof(Pair);
+      find_on_device(a, b, options, found_.as<Pair>(), capacity, stream, r);
+      if (r.status != Status::buffer_too_small)
+        return {found_.as<Pair>(), static_cast<std::size_t>(r.written)};
+      wanted = static_cast<std::size_t>(r.found + r.found / 64 + 512);
+    }
+  }
+
+  void find_async(const TriangleMesh& a, const TriangleMesh* b, const Options& options, Pair* out,
+                  std::size_t capacity, MeshReport* report, Stream stream) override {
+    const std::size_t count = a.size() + (b ? b->size() : 0);
+    const bool in_order = options.order == Order::canonical;
+    if (!is_reserved(a, b, in_order ? capacity : 0)) throw Failure{Status::not_reserved, count};
+    const CurrentDevice current(device().ordinal());
+    check_stream(stream);
+    AccessCheck(device().ordinal(), Status::bad_option)
+        .require(report, alignof(MeshReport), "the report");
+    device().begin(stream, false);
+    if (count == 0) return device().clear(report, sizeof(MeshReport));
+    MeshWorkspace w = workspace();
+    w.report = report;
+    enqueue(MeshPipeline<Device>(device(), a, b, w), w, a, b, options, out, capacity);
+  }
+
+  std::size_t held() const noexcept override {
+    return engine_.held() + workspace_.bytes() + mesh_memory_.bytes() + unordered_.bytes() +
+           sorting_.bytes() + found_.bytes();
+  }
+
+ private:
+  Device& device() noexcept { return engine_.device(); }
+
+  // Work on a stream of another device could not reach this device's memory.
+  void check_stream(Stream stream) const {
+    if (stream && device_of(stream) != engine_.device().ordinal())
+      throw Failure{Status::bad_option, 0, "is of another device than this MeshFinder",
+                    "the stream"};
+  }
+  bool is_reserved(const TriangleMesh& a, const TriangleMesh* b, std::size_t pairs) const noexcept {
+    return a.size() + (b ? b->size() : 0) <= reserved_.boxes && pairs <= pairs_reserved_ &&
+           MeshLayout(a, b).converted_vertices <= points_reserved_;
+  }
+  MeshWorkspace workspace() const noexcept {
+    MeshWorkspace w;
+    w.carve(reserved_.boxes, points_reserved_, mesh_memory_.as<char>());
+    return w;
+  }
+
+  void require_mesh(const TriangleMesh& mesh) const {
+    if (mesh.size() == 0) return;
+    const int ordinal = engine_.device().ordinal();
+    const AccessCheck arrays(ordinal, Status::bad_mesh);
+    arrays.require(mesh.triangles.data, alignof(Triangle), "the array of triangles");
+    if (mesh.vertices.size() != 0)
+      arrays.require(mesh.vertices.data(),
+                     mesh.vertices.is_float() ? alignof(Vec3) : alignof(DoubleVec3),
+                     "the array of vertices");
+    Boxes filters;
+    filters.filters = mesh.filters;
+    require_filters(device::make_set(filters), ordinal);
+  }
+
+  // Launches a whole search on the stream.
+  Input enqueue(const MeshPipeline<Device>& pipeline, const MeshWorkspace& w, const TriangleMesh& a,
+                const TriangleMesh* b, const Options& options, Pair* out, std::size_t capacity) {
+    THRONG_RANGE("enqueue");
+    require_mesh(a);
+    if (b) require_mesh(*b);
+    if (capacity != 0)
+      AccessCheck(device().ordinal(), Status::bad_option).require(out, alignof(Pair), "the output");
+    pipeline.write_boxes();
+    const Input in = pipeline.make_input(options);
+    Workspace of_boxes = reserved_;
+    of_boxes.report = &w.report->search;
+    const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);
+    const bool in_order = options.order == Order::canonical;
+    const Pipeline<Device> search(device());
+    search.build(in, brute, of_boxes);
+    const device::PairSink sink{in_order ? unordered_.as<Pair>() : out, capacity, of_boxes.report};
+    search.find(in, brute, of_boxes, sink, {}, pipeline.check());
+    pipeline.end_search(sink);
+    if (in_order) {
+      device().sort(unordered_.as<Pair>(), sorting_.as<char>(), sorting_.bytes(), out, capacity,
+                    capacity, of_boxes.report, in);
+      device().mark(device::Stage::order);
+    }
+    return in;
+  }
+
+  Memory memory_;
+  device::Engine<Device> engine_;  // for meshes in host memory; owns the device
+  cudaStream_t own_ = nullptr;     // stream of engine_
+  device::DeviceBuffer<Device> workspace_{engine_.device()}, mesh_memory_{engine_.device()},
+      unordered_{engine_.device()}, sorting_{engine_.device()}, found_{engine_.device()};
+  Workspace reserved_;  // in workspace_, for reserved_.boxes triangles
+  std::size_t points_reserved_ = 0, pairs_reserved_ = 0;
+  mesh::MeshDefects defects_;
+  bool defects_in_second_ = false;
+};
+
+}  // namespace
+
+MeshEngine* create_mesh_engine(const MemoryResource& resource) {
+  check_available();
+  MeshEngine* engine = new (std::nothrow) GpuMeshEngine(resource);
+  if (!engine) throw Failure{Status::out_of_memory, sizeof(GpuMeshEngine)};
+  return engine;
+}
+
+}  // namespace throng::cuda
