@@ -79,11 +79,12 @@ class MeshFinderObject {
   PairSearch search_;
 };
 
-void init_finder(MeshFinderObject* self, nb::handle order, nb::handle algorithm, nb::handle isa,
-                 nb::handle threads, nb::handle memory_cap, bool once) {
+void init_finder(MeshFinderObject* self, nb::handle order, nb::handle algorithm, nb::handle backend,
+                 nb::handle isa, nb::handle threads, nb::handle memory_cap, bool once) {
   Options o;
   o.order = order_of(order);
   o.algorithm = algorithm_of(algorithm);
+  o.backend = backend_of(backend);
   o.isa = isa_of(isa);
   o.threads = threads_of(threads);
   o.memory_cap_bytes = bytes_of(memory_cap, "memory_cap");
@@ -142,8 +143,8 @@ nb::tuple describe(nb::handle pairs, const nb::tuple& mesh, nb::handle other, nb
 void bind_mesh(nb::module_& m) {
   nb::class_<MeshFinderObject>(m, "MeshFinder")
       .def("__init__", init_finder, nb::arg("order").none(), nb::arg("algorithm").none(),
-           nb::arg("isa").none(), nb::arg("threads").none(), nb::arg("memory_cap").none(),
-           nb::arg("once"))
+           nb::arg("backend").none(), nb::arg("isa").none(), nb::arg("threads").none(),
+           nb::arg("memory_cap").none(), nb::arg("once"))
       .def(
           "find",
           [](MeshFinderObject& self, const nb::tuple& mesh, nb::handle other, nb::handle distance,

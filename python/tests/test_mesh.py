@@ -21,7 +21,7 @@ from numpy.lib.stride_tricks import as_strided
 from reference import INF, NAN, as_pairs
 
 import throng
-from throng import mesh
+from throng import _throng, mesh
 from throng.mesh import Kind
 
 EXAMPLES = settings(max_examples=int(os.environ.get("THRONG_EXAMPLES", "60")), deadline=None)
@@ -365,6 +365,7 @@ def test_options() -> None:
         ("order", "sorted", ValueError),
         ("algorithm", 1, TypeError),
         ("threads", -1, ValueError),
+        ("backend", "gpu", ValueError),
         ("isa", "mmx", ValueError),
         ("memory_cap", "1", TypeError),
     ):
@@ -378,6 +379,35 @@ def test_options() -> None:
         for action in (copy.copy, pickle.dumps):
             with pytest.raises(TypeError, match="cannot be copied"):
                 action(one)
+
+
+@EXAMPLES
+@given(meshes(), meshes(4))
+def test_the_emulated_device(a: Any, b: Any) -> None:
+    finder = mesh.Finder(backend="emulated")
+    assert as_pairs(finder.self_intersections(*a)) == self_intersections(*a)
+    assert as_pairs(finder.intersections(a, b)) == intersections(a, b)
+    assert finder.result.plan.backend == "emulated"
+    assert as_pairs(mesh.self_intersections(*a, backend="emulated")) == self_intersections(*a)
+    assert as_pairs(mesh.intersections(b, a, backend="emulated")) == intersections(b, a)
+
+
+def test_backends() -> None:
+    finder = mesh.Finder(backend="emulated")
+    found: list[tuple[int, int]] = []
+    assert finder.consume((VERTICES, FACES), lambda pairs: found.extend(as_pairs(pairs))).found == len(PAIRS)
+    assert found == PAIRS
+    assert finder.result.plan.backend == "emulated" and finder.result.candidates == 1
+    with pytest.raises(ValueError, match="vertex 9, "):
+        finder.self_intersections(VERTICES, FACES + 1)
+    with pytest.raises(ValueError, match="within a distance are searched on the CPU alone; set backend to cpu"):
+        finder.within((VERTICES, FACES), distance=1)
+    finder = mesh.Finder()
+    finder.self_intersections(VERTICES, FACES)
+    assert finder.result.plan.backend == "cpu"
+    if not _throng.has_cuda:
+        with pytest.raises(RuntimeError, match="no GPU backend; use backend='cpu'"):
+            mesh.self_intersections(VERTICES, FACES, backend="cuda")
 
 
 def test_consumers() -> None:

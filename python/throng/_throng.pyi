@@ -243,7 +243,14 @@ class Finder:
 
 class MeshFinder:
     def __init__(
-        self, order: str, algorithm: str, isa: str, threads: int, memory_cap: int, once: bool
+        self,
+        order: str,
+        algorithm: str,
+        backend: str,
+        isa: str,
+        threads: int,
+        memory_cap: int,
+        once: bool,
     ) -> None: ...
     def find(
         self,

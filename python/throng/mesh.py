@@ -31,7 +31,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from throng import _throng
-from throng._types import Algorithm, Array, FilterArrays, Isa, Order
+from throng._types import Algorithm, Array, Backend, FilterArrays, Isa, Order
 
 __all__ = [
     "ContactCandidates",
@@ -103,6 +103,8 @@ class Finder:
     order: 'any' is fastest; 'canonical': sorted by first, then second.
     algorithm: 'auto', 'all-pairs', 'grid'. The pairs are the same for each.
     threads: maximum number; 0: one per processor.
+    backend: 'auto', 'cpu'; 'cuda': intersections on a GPU, in a build with CUDA; 'emulated': the GPU
+        pipeline on the CPU, slow, for tests. within needs the CPU.
     isa: the instruction set; 'auto': the widest available.
     memory_cap: for consume: limit of all memory of the library, in bytes; 0: no cap.
 
@@ -116,10 +118,11 @@ class Finder:
         order: Order = "any",
         algorithm: Algorithm = "auto",
         threads: int = 0,
+        backend: Backend = "auto",
         isa: Isa = "auto",
         memory_cap: int = 0,
     ) -> None:
-        self._finder = _throng.MeshFinder(order, algorithm, isa, threads, memory_cap, False)
+        self._finder = _throng.MeshFinder(order, algorithm, backend, isa, threads, memory_cap, False)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(
@@ -207,6 +210,7 @@ def self_intersections(
     order: Order = "any",
     algorithm: Algorithm = "auto",
     threads: int = 0,
+    backend: Backend = "auto",
     isa: Isa = "auto",
     **filters: Unpack[FilterArrays],
 ) -> Pairs:
@@ -216,6 +220,7 @@ def self_intersections(
     mesh, faces: vertices and faces, or one mesh.
     order: 'any' is fastest; 'canonical': sorted by first, then second.
     threads: maximum number; 0: one per processor.
+    backend, isa: as for throng.mesh.Finder.
     group, mask, owner, world, static: filters as for find_pairs, one value per triangle.
 
     Returns (k, 2) uint32, indices of triangles, first < second, each pair once.
@@ -225,7 +230,7 @@ def self_intersections(
     the GIL; Ctrl-C interrupts a long search.
     """
     own, _ = _filters(filters, "self_intersections", None)
-    finder = _throng.MeshFinder(order, algorithm, isa, threads, 0, True)
+    finder = _throng.MeshFinder(order, algorithm, backend, isa, threads, 0, True)
     return finder.find(_mesh(mesh, faces), None, None, own, _NO_FILTERS)
 
 
@@ -238,6 +243,7 @@ def intersections(
     order: Order = "any",
     algorithm: Algorithm = "auto",
     threads: int = 0,
+    backend: Backend = "auto",
     isa: Isa = "auto",
     **filters: Unpack[FilterArrays],
 ) -> Pairs:
@@ -250,7 +256,7 @@ def intersections(
     Returns (k, 2) uint32: a triangle of `mesh`, a triangle of `other`.
     """
     own, others = _filters(filters, "intersections", other)
-    finder = _throng.MeshFinder(order, algorithm, isa, threads, 0, True)
+    finder = _throng.MeshFinder(order, algorithm, backend, isa, threads, 0, True)
     a = _mesh(mesh, None, transform)
     return finder.find(a, _mesh(other, None, other_transform, "other"), None, own, others)
 
@@ -272,12 +278,12 @@ def within(
 
     In one mesh only triangles without a shared vertex. Every pair within the distance is found; a pair
     that is farther apart by less than one part in 10**12 may be found. The other arguments are those of
-    intersections.
+    intersections; the search runs on the CPU.
 
     Returns (k, 2) uint32; in one mesh first < second.
     """
     own, others = _filters(filters, "within", other)
-    finder = _throng.MeshFinder(order, algorithm, isa, threads, 0, True)
+    finder = _throng.MeshFinder(order, algorithm, "cpu", isa, threads, 0, True)
     a = _mesh(mesh, None, transform)
     return finder.find(a, _second(other, other_transform), _distance(distance), own, others)
 

@@ -97,6 +97,23 @@ TEST_F(Mesh, pairs_are_written_and_sorted) {
             pairs.size());
 }
 
+TEST_F(Mesh, the_emulated_device_has_the_same_pairs) {
+  const auto of = [this](const char* backend) {
+    return json({"mesh", "--scene", "crumpled", "--triangles", "5K", "--backend", backend});
+  };
+  const auto cpu = of("cpu"), emulated = of("emulated");
+  EXPECT_EQ(emulated.at("backend"), "emulated");
+  ASSERT_GT(cpu.at("pairs").get<std::size_t>(), 0u);
+  for (const char* key : {"pairs", "checksum", "kinds", "candidates"})
+    EXPECT_EQ(emulated.at(key), cpu.at(key)) << key;
+  const ProcessOutput within =
+      run({"mesh", "--scene", "crumpled", "--backend", "emulated", "--within", "1"});
+  EXPECT_EQ(within.status, 2);
+  EXPECT_NE(within.err.find("triangles within a distance are searched on the CPU alone"),
+            std::string::npos)
+      << within.err;
+}
+
 TEST_F(Mesh, two_meshes) {
   spill(at("a.obj"), "v 0 0 0\nv 4 0 0\nv 0 4 0\nf 1 2 3\nv 0 0 9\nv 4 0 9\nv 0 4 9\nf 4 5 6\n");
   spill(at("b.off"), "OFF\n3 1 0\n1 1 -1\n2 1 -1\n1 2 2\n3 0 1 2\n");
