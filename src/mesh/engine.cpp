@@ -124,6 +124,7 @@ MeshResult MeshEngine::find(const MeshCall& call, const Options& options, base::
   const std::size_t triangles = a.size() + (call.b ? b.size() : 0);
   const unsigned tasks = triangles < grid::threads_pay_from ? 1 : base::threads_of(options);
   base::Memory& memory = search_.memory();
+  const PairKernels& kernels = kernels_for(grid::find_kernels(options.isa)->isa);
   PairInput input;
   Boxes sides[2];
   try {
@@ -143,13 +144,13 @@ MeshResult MeshEngine::find(const MeshCall& call, const Options& options, base::
     BoxOptions box_options;
     if (!input.is_float) box_options.origin = choose_origin(input.a, a.vertices.size());
     if (call.within) box_options.enlarge = -base::next_down(-call.distance / 2);
-    double largest = 0;
+    CoordinateRange ranges[2];
     for (int side = 0; side < (call.b ? 2 : 1); ++side) {
       const TriangleMesh& mesh = side == 0 ? a : b;
       Box* const to = side == 0 ? boxes : boxes + a.size();
-      defects_ =
-          write_triangle_boxes(side == 0 ? input.a : input.b, input.is_float, mesh.size(),
-                               mesh.vertices.size(), box_options, executor, tasks, to, largest);
+      defects_ = write_triangle_boxes(side == 0 ? input.a : input.b, input.is_float, mesh.size(),
+                                      mesh.vertices.size(), box_options, kernels, executor, tasks,
+                                      to, ranges[side]);
       if (defects_.count != 0) {
         defects_in_second_ = side == 1;
         r.status = Status::bad_mesh;
@@ -160,6 +161,13 @@ MeshResult MeshEngine::find(const MeshCall& call, const Options& options, base::
       sides[side] = Boxes(to, mesh.size());
       sides[side].filters = mesh.filters;
     }
+    // Only where both meshes are can they meet.
+    if (call.b && a.size() != 0 && b.size() != 0) {
+      drop_boxes_outside(ranges[1], ranges[0], box_options, executor, tasks, boxes, a.size());
+      drop_boxes_outside(ranges[0], ranges[1], box_options, executor, tasks, boxes + a.size(),
+                         b.size());
+    }
+    const double largest = std::max(ranges[0].largest_magnitude(), ranges[1].largest_magnitude());
     input.large_floats = !(largest <= double{Bounds<float>::largest});
     input.exact_only = !(largest <= Bounds<double>::largest);
   } catch (const base::AllocationFailed& failure) {
@@ -175,9 +183,11 @@ MeshResult MeshEngine::find(const MeshCall& call, const Options& options, base::
   Options of_boxes = options;
   of_boxes.margin = 0;
   of_boxes.nan = NanPolicy::refuse;
+  of_boxes.inverted = InvertedPolicy::inactive;
   const auto search = [&](CountingTest& test) {
     static_cast<Result&>(r) =
         search_.find(sides[0], call.b ? &sides[1] : nullptr, of_boxes, output, consumer, &test);
+    r.inactive = 0;
     r.candidates = test.candidates();
     r.exact_tests = test.exact_tests();
   };
@@ -185,7 +195,7 @@ MeshResult MeshEngine::find(const MeshCall& call, const Options& options, base::
     DistanceTest test(input, call.distance);
     search(test);
   } else {
-    IntersectionTest test(input, kernels_for(grid::find_kernels(options.isa)->isa));
+    IntersectionTest test(input, kernels);
     search(test);
   }
   if (r.status == Status::memory_cap_too_small) r.bytes_needed += boxes_.bytes() + points_.bytes();

@@ -45,6 +45,6 @@ bool decide_pair(const PairInput& input, Pair pair, std::uint64_t& exact_tests) 
                         : decide_fully<double>(input, pair, exact_tests);
 }
 
-const PairKernels scalar_pair_kernels = {Isa::scalar, keep_any};
+const PairKernels scalar_pair_kernels = {Isa::scalar, keep_any, nullptr};
 
 }  // namespace throng::mesh

@@ -97,6 +97,17 @@ struct Candidate {
   std::uint32_t vertices[6];
 };
 
+// Three floats; the fourth lane is 0 or one of them.
+constexpr auto load_three = [](const float* from) HWY_ATTR {
+  const hn::Simd<float, 4, 0> d;
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3_DL
+  return hn::MaskedLoad(hn::FirstN(d, 3), d, from);
+#else
+  const hn::Half<decltype(d)> half;
+  return hn::Combine(d, hn::Set(half, from[2]), hn::LoadU(half, from));
+#endif
+};
+
 // Candidates that wait for the same test.
 struct Part {
   static constexpr std::size_t capacity = 64;
@@ -224,8 +235,8 @@ class Block {
     const auto at = [&](std::size_t lane)
                         HWY_ATTR { return mesh.coordinates<Real>(c[lane].vertices[i]); };
     if constexpr (std::is_same_v<Real, float>) {
-      const V r0 = blocks<lanes>(at, 0, first_three), r1 = blocks<lanes>(at, 1, first_three);
-      const V r2 = blocks<lanes>(at, 2, first_three), r3 = blocks<lanes>(at, 3, first_three);
+      const V r0 = blocks<lanes>(at, 0, load_three), r1 = blocks<lanes>(at, 1, load_three);
+      const V r2 = blocks<lanes>(at, 2, load_three), r3 = blocks<lanes>(at, 3, load_three);
       const hn::Repartition<double, D> wide;
       const auto xy01 = hn::BitCast(wide, hn::InterleaveLower(D(), r0, r1));
       const auto xy23 = hn::BitCast(wide, hn::InterleaveLower(D(), r2, r3));
@@ -254,15 +265,6 @@ class Block {
                          blocks<count / 2>(at, lane, load_block));
     }
   }
-  static constexpr auto first_three = [](const Real* from) HWY_ATTR {
-    const BlockTag d;
-#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3_DL
-    return hn::MaskedLoad(hn::FirstN(d, 3), d, from);
-#else
-    const hn::Half<BlockTag> half;
-    return hn::Combine(d, hn::Set(half, from[2]), hn::LoadU(half, from));
-#endif
-  };
   static constexpr auto first_two = [](const Real* from)
                                         HWY_ATTR { return hn::LoadU(BlockTag(), from); };
   static constexpr auto last_two = [](const Real* from)
@@ -517,12 +519,50 @@ std::size_t keep_any(const PairInput& input, Pair* pairs, std::size_t count,
                         : keep<double, false>(input, pairs, count, exact_tests);
 }
 
+bool write_boxes(const MeshArrays& mesh, std::size_t vertices, std::size_t begin, std::size_t end,
+                 Box* out, Box& bounds) {
+  const hn::Simd<float, 4, 0> d;
+  const auto infinity = hn::Inf(d);
+  auto least = infinity, most = hn::Neg(infinity), invalid = hn::Zero(d);
+  float numbers[4];
+  for (std::size_t i = begin; i < end; ++i) {
+    const Triangle& t = mesh.triangle(static_cast<std::uint32_t>(i));
+    if (std::max({t.a, t.b, t.c}) >= vertices) [[unlikely]]
+      return false;
+    const auto a = load_three(mesh.coordinates<float>(t.a));
+    const auto b = load_three(mesh.coordinates<float>(t.b));
+    const auto c = load_three(mesh.coordinates<float>(t.c));
+    const auto lower = hn::Min(hn::Min(a, b), c), upper = hn::Max(hn::Max(a, b), c);
+    least = hn::Min(least, lower);
+    most = hn::Max(most, upper);
+    // Zero times infinity or NaN is NaN.
+    invalid = hn::Add(invalid, hn::Mul(hn::Add(hn::Add(a, b), c), hn::Zero(d)));
+    // A vector has one number too many: that of `lower` is written again, that of `upper` may be
+    // of a box of another task.
+    auto* const to = reinterpret_cast<float*>(out + i);
+    hn::StoreU(lower, d, to);
+    if (i + 1 < end) [[likely]] {
+      hn::StoreU(upper, d, to + 3);
+    } else {
+      hn::StoreU(upper, d, numbers);
+      std::copy_n(numbers, 3, to + 3);
+    }
+  }
+  hn::StoreU(invalid, d, numbers);
+  if (!(numbers[0] + numbers[1] + numbers[2] == 0)) return false;
+  hn::StoreU(least, d, numbers);
+  bounds.lower = {numbers[0], numbers[1], numbers[2]};
+  hn::StoreU(most, d, numbers);
+  bounds.upper = {numbers[0], numbers[1], numbers[2]};
+  return true;
+}
+
 const PairKernels& pair_kernels() {
   constexpr Isa isa = HWY_TARGET == HWY_SSE4      ? Isa::sse4
                       : HWY_TARGET == HWY_AVX2    ? Isa::avx2
                       : HWY_TARGET == HWY_AVX3_DL ? Isa::avx512
                                                   : Isa::neon;
-  static const PairKernels table = {isa, keep_any};
+  static const PairKernels table = {isa, keep_any, write_boxes};
   return table;
 }
 

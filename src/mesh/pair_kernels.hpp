@@ -15,6 +15,11 @@ struct PairKernels {
   // Moves the pairs of triangles that intersect to the front, in any order; returns their number.
   // Adds the number of exact tests to `exact_tests`.
   std::size_t (*keep)(const PairInput&, Pair*, std::size_t count, std::uint64_t& exact_tests);
+  // Writes the boxes of triangles begin .. end-1 with vertices of floats to out[begin] and on, and
+  // the box that contains them to `bounds`. False: an index is not below `vertices`, or the sum of
+  // a triangle's coordinates is not finite; out and bounds are then undefined. Null: not available.
+  bool (*write_boxes)(const MeshArrays&, std::size_t vertices, std::size_t begin, std::size_t end,
+                      Box* out, Box& bounds);
 };
 
 // The vector kernels; null for scalar and for what the build lacks. Precondition: the processor has

@@ -5,13 +5,16 @@
 // decides the rest. For floats the origin is 0 and f is the identity.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include <throng/mesh.hpp>
 
 #include "base/threads.hpp"
 #include "mesh/arrays.hpp"
+#include "mesh/pair_kernels.hpp"
 
 namespace throng::mesh {
 
@@ -34,14 +37,52 @@ struct MeshDefects {
 struct BoxOptions {
   DoubleVec3 origin = {0, 0, 0};
   double enlarge = 0;  // on every side, before rounding
+
+  Box box(const DoubleVec3& lower, const DoubleVec3& upper) const noexcept {
+    Box b;
+    round(lower.x, upper.x, origin.x, b.lower.x, b.upper.x);
+    round(lower.y, upper.y, origin.y, b.lower.y, b.upper.y);
+    round(lower.z, upper.z, origin.z, b.lower.z, b.upper.z);
+    return b;
+  }
+
+ private:
+  // The interval of an axis, as floats.
+  void round(double lower, double upper, double from, float& to_lower,
+             float& to_upper) const noexcept;
 };
 
-// Writes the box of each triangle. If the mesh has defects, the boxes are not valid. `largest`
-// becomes the largest magnitude of a coordinate, if that is larger. Vertices are floats or doubles.
+// Of the coordinates that triangles use: the least and the largest on each axis.
+struct CoordinateRange {
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+  DoubleVec3 lower = {infinity, infinity, infinity}, upper = {-infinity, -infinity, -infinity};
+
+  void add(const DoubleVec3& least, const DoubleVec3& most) noexcept {
+    lower = {std::min(lower.x, least.x), std::min(lower.y, least.y), std::min(lower.z, least.z)};
+    upper = {std::max(upper.x, most.x), std::max(upper.y, most.y), std::max(upper.z, most.z)};
+  }
+  bool contains(const CoordinateRange& other) const noexcept {
+    return lower.x <= other.lower.x && lower.y <= other.lower.y && lower.z <= other.lower.z &&
+           upper.x >= other.upper.x && upper.y >= other.upper.y && upper.z >= other.upper.z;
+  }
+  // 0 if there is none.
+  double largest_magnitude() const noexcept {
+    return std::max({0.0, -lower.x, -lower.y, -lower.z, upper.x, upper.y, upper.z});
+  }
+};
+
+// Writes the box of each triangle, and grows `range`. If the mesh has defects, neither is valid.
+// Vertices are floats or doubles.
 MeshDefects write_triangle_boxes(const MeshArrays& mesh, bool is_float, std::size_t triangles,
                                  std::size_t vertices, const BoxOptions& options,
-                                 const Executor& executor, unsigned tasks, Box* out,
-                                 double& largest);
+                                 const PairKernels& kernels, const Executor& executor,
+                                 unsigned tasks, Box* out, CoordinateRange& range);
+
+// Writes an inverted box in place of each box that does not overlap the box of `range`. `of_boxes`:
+// the range of the triangles of these boxes.
+void drop_boxes_outside(const CoordinateRange& range, const CoordinateRange& of_boxes,
+                        const BoxOptions& options, const Executor& executor, unsigned tasks,
+                        Box* boxes, std::size_t count);
 
 // An origin near the vertices of double meshes that lie far from 0; else 0.
 DoubleVec3 choose_origin(const MeshArrays& mesh, std::size_t vertices) noexcept;

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/distance.hpp"
 #include "mesh/larger_meshes.hpp"
 #include "mesh/mesh_cases.hpp"
 #include "support/counting_resource.hpp"
@@ -256,6 +257,47 @@ TEST(MeshFinder, ATransformMovesAMesh) {
   EXPECT_EQ(find_intersections({v, a.triangles}, placed, canonical()), pairs_of(a, turned));
   EXPECT_NE(pairs_of(a, turned), pairs_of(a, b));
   EXPECT_EQ(find_self_intersections(placed, canonical()), pairs_of(turned));
+}
+
+// Triangles away from the other mesh take no part, and are not counted as inactive. The second
+// sheet touches the first one in the plane x = 1, or overlaps a little of it, or is far away.
+TEST(MeshFinder, FindsAllPairsOfMeshesThatOverlapALittle) {
+  const SmallMesh a = sheet(24);
+  double most = -1;
+  for (const DoubleVec3& v : a.vertices) most = std::max(most, v.x);
+  for (const double x : {most, 0.9, 5.0}) {
+    SmallMesh b = sheet(24);
+    double least = 1;
+    for (const DoubleVec3& v : b.vertices) least = std::min(least, v.x);
+    for (DoubleVec3& v : b.vertices) v.x = static_cast<double>(static_cast<float>(v.x - least + x));
+    for (const unsigned threads : {1u, 2u}) {
+      Options options = canonical();
+      options.threads = threads;
+      options.inverted = InvertedPolicy::refuse;
+      MeshFinder finder(options);
+      for (const bool floats : {true, false}) {
+        const auto va = to_floats(a.vertices), vb = to_floats(b.vertices);
+        const MeshResult r =
+            floats ? finder.find({va, a.triangles}, {vb, b.triangles})
+                   : finder.find({a.vertices, a.triangles}, {b.vertices, b.triangles});
+        ASSERT_TRUE(r.ok()) << r.message;
+        EXPECT_EQ(std::vector<Pair>(finder.pairs().begin(), finder.pairs().end()), pairs_of(a, b));
+        EXPECT_EQ(r.inactive, 0u);
+      }
+      constexpr double distance = 0.1;
+      std::vector<Pair> near;
+      for (std::uint32_t i = 0; i < a.triangles.size(); ++i) {
+        for (std::uint32_t j = 0; j < b.triangles.size(); ++j) {
+          if (mesh::triangles_within(points_of(a, i), points_of(b, j), distance))
+            near.push_back({i, j});
+        }
+      }
+      const MeshResult r =
+          finder.find_within({a.vertices, a.triangles}, {b.vertices, b.triangles}, distance);
+      ASSERT_TRUE(r.ok()) << r.message;
+      EXPECT_EQ(std::vector<Pair>(finder.pairs().begin(), finder.pairs().end()), near);
+    }
+  }
 }
 
 TEST(MeshFinder, FiltersAreThoseOfBoxes) {
