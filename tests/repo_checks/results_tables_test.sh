@@ -54,4 +54,24 @@ printf '<!-- /table -->\n' >> "$folder/tree/README.md"
 "$script" --write "$folder/tree" > /dev/null
 "$script" --check "$folder/tree"
 cmp "$tree/$page" "$folder/tree/$page"
+# A new file of meshes appears without a change of the page.
+copy
+mkdir -p "$folder/tree/$results/new-machine"
+row() { printf 'new-machine,2026-01-02,abc,mesh,knot,%s,self,%s,%s,%s,%s,,3,44,,\n' "$@"; }
+{
+  head -n 1 "$tree/$results/epyc-zen3-2core/search.csv"
+  row 1000 'Throng MeshFinder' 1 search_ms 0.5
+  row 1000 'Throng MeshFinder' 2 search_ms 0.25
+  row 1000 'Throng MeshFinder' 1 candidates_count 2000
+  row 1000 'Throng MeshFinder' 1 exact_tests_count 3
+  row 1000 'Throng MeshFinder' 1 held_bytes 60000
+  row 1000 'CGAL self_intersections' 1 search_ms 5
+  row 1000 '"CGAL self_intersections, parallel"' 2 search_ms 2
+} > "$folder/tree/$results/new-machine/mesh.csv"
+if "$script" --check "$folder/tree" > /dev/null; then
+  echo "a new file of meshes was not noticed"
+  exit 1
+fi
+"$script" --write "$folder/tree" > /dev/null
+grep -qF '| knot, 1K | 44 | 0.5 | 0.25 | 5 | 2 | - | 8.0x | 60 | 0.15 % |' "$folder/tree/$page"
 echo "results_tables: passed"
