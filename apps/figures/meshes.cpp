@@ -236,7 +236,7 @@ std::string mesh_stages() {
   stage(205, 80, 150, green, grouped(r.candidates), "boxes that overlap");
   arrow(359, 111);
   stage(395, 80, 260, orange, grouped(r.candidates - r.exact_tests),
-        "decided by doubles with a bound");
+        "decided by filters: floats, doubles");
   stage(395, 152, 260, red, grouped(r.exact_tests), "decided by exact arithmetic");
   arrow(674, 111);
   stage(710, 80, 130, blue, grouped(r.found), "pairs");
