@@ -42,10 +42,19 @@ f 6 7 8
 f 7 5 8
 OBJ
 cp model.obj other.obj
+# snippet-begin: mesh_self
+throng mesh model.obj
+# snippet-end: mesh_self
+for line in 'pairs     3  (4 of 8 triangles)' 'kinds     3 crossing, 0 touching, 0 coplanar' \
+  'tested    18 candidates, 0 of them by exact arithmetic'; do
+  throng mesh model.obj | grep -qxF "$line"  # as in docs/how-to/mesh-intersections.md
+done
 # snippet-begin: mesh
-throng mesh model.obj -o crossing.npy --picture crossing.png   # pairs: (m, 2) uint32
-throng mesh model.obj other.obj                                # two meshes
-throng mesh model.obj --within 0.5                             # triangles at most 0.5 apart
+throng mesh model.obj -o crossing.npy  # pairs: (m, 2) uint32
+throng mesh model.obj --picture crossing.png
+throng mesh model.obj --json           # for scripts: "pairs" is 0 if clean
+throng mesh model.obj other.obj        # two meshes
+throng mesh model.obj --within 0.5     # triangles at most 0.5 apart
 # snippet-end: mesh
 [ -s crossing.npy ] && [ -s crossing.png ]
 # snippet-begin: capture

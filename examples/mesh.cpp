@@ -84,8 +84,29 @@ int main() {
   CHECK(parts(triangles.size(), pairs).size() == 1);
   CHECK(parts(triangles.size(), pairs)[0].size() == 4);
 
-  throng::MeshFinder finder;
+  std::vector<throng::Vec3> positions = vertices;
+  // snippet-begin: frames
+  throng::MeshFinder finder;                                // keeps its memory
+  const throng::TriangleMesh moving(positions, triangles);  // a view: reads the positions in find()
+  for (int frame = 0; frame < 3; ++frame) {
+    for (throng::Vec3& v : positions) v.z *= 0.99f;  // your simulation
+    if (!finder.find(moving).ok()) break;
+    std::printf("frame %d: %zu pairs, %zu bytes held\n", frame, finder.pairs().size(),
+                finder.memory_bytes());
+  }
+  // snippet-end: frames
+  const std::size_t held = finder.memory_bytes();
+  CHECK(finder.find(moving).ok() && finder.pairs().size() == 3 && finder.memory_bytes() == held);
   CHECK(report(finder, {vertices, triangles}));
+
+  // snippet-begin: gpu
+  throng::Options options;
+  options.backend = throng::Backend::cuda;  // arrays in host memory; they are copied
+  throng::MeshFinder on_gpu(options);
+  const throng::MeshResult result = on_gpu.find({vertices, triangles});
+  if (result.status == throng::Status::no_device) std::fprintf(stderr, "%s\n", result.message);
+  // snippet-end: gpu
+  CHECK(result.status == throng::Status::no_device || on_gpu.pairs().size() == pairs.size());
 
   // snippet-begin: describe
   const std::vector<throng::TriangleIntersection> described = throng::describe_intersections(

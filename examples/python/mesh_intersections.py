@@ -18,6 +18,12 @@ for first, second in throng.mesh.self_intersections(vertices, faces, order="cano
 pairs = throng.mesh.self_intersections(vertices, faces, order="canonical")
 assert pairs.tolist() == [[0, 5], [0, 6], [0, 7]]
 
+# snippet-begin: short
+# vertices: (n, 3); faces: (m, 3); or one mesh, such as a trimesh.Trimesh
+pairs = throng.mesh.self_intersections(vertices, faces)
+print(f"{len(pairs)} pairs of triangles intersect" if len(pairs) else "the mesh is clean")
+# snippet-end: short
+
 robot = shelf = (vertices, faces)
 # snippet-begin: two
 up = numpy.eye(4)
