@@ -1,9 +1,9 @@
 // Exact signs of determinants of points (orientation predicates).
 //
 // A filter in doubles decides nearly all. Expansions decide the rest, if each coordinate is 0 or
-// of a magnitude in 2^-300 .. 2^300 (all floats are), and integers of 2112 bits otherwise. On a
-// device integers of the length needed decide (mesh/scaled_integer.hpp). Each is exact on the
-// numbers given, so the sign does not depend on which of them decides.
+// of a magnitude in 2^-300 .. 2^300 (all floats are); integers decide otherwise, and always on a
+// device (mesh/scaled_integer.hpp). Each is exact on the numbers given, so the sign does not depend
+// on which of them decides.
 //
 // The floating-point state must be that of base::FloatState: round to nearest, denormals kept.
 // Coordinates must be finite.
@@ -47,7 +47,6 @@
 #include "base/host_device_macros.hpp"
 #include "mesh/expansion.hpp"
 #include "mesh/scaled_integer.hpp"
-#include "mesh/wide_integer.hpp"
 
 namespace throng::mesh {
 
@@ -148,39 +147,6 @@ THRONG_HD inline int orient3d_expansion_sign(const DoubleVec3& a, const DoubleVe
   return merged(merged(t1, t2), t3).sign();
 }
 
-// By integers: for any finite coordinates. sums[0] and sums[1] are the sums of the magnitudes of
-// the negative and of the positive products.
-THRONG_HD inline int orient2d_wide_sign(double ax, double ay, double bx, double by, double cx,
-                                        double cy) noexcept {
-  const WideDifference x1 = wide_difference(bx, ax), y1 = wide_difference(by, ay);
-  const WideDifference x2 = wide_difference(cx, ax), y2 = wide_difference(cy, ay);
-  WideInteger<2 * wide_limbs> sums[2];
-  const int left = x1.sign * y2.sign, right = -y1.sign * x2.sign;
-  if (left != 0) add(sums[left > 0], product(x1.magnitude, y2.magnitude));
-  if (right != 0) add(sums[right > 0], product(y1.magnitude, x2.magnitude));
-  return compare(sums[1], sums[0]);
-}
-THRONG_HD inline int orient3d_wide_sign(const DoubleVec3& a, const DoubleVec3& b,
-                                        const DoubleVec3& c, const DoubleVec3& d) noexcept {
-  const WideDifference x[3] = {wide_difference(b.x, a.x), wide_difference(c.x, a.x),
-                               wide_difference(d.x, a.x)};
-  const WideDifference y[3] = {wide_difference(b.y, a.y), wide_difference(c.y, a.y),
-                               wide_difference(d.y, a.y)};
-  const WideDifference z[3] = {wide_difference(b.z, a.z), wide_difference(c.z, a.z),
-                               wide_difference(d.z, a.z)};
-  // Six products below 2^6297 each.
-  static_assert(3 * 32 * wide_limbs >= 6300);
-  WideInteger<3 * wide_limbs> sums[2];
-  for (int i = 0; i < 3; ++i)
-    for (int odd = 0; odd < 2; ++odd) {
-      const int k = (i + 1 + odd) % 3, l = (i + 2 - odd) % 3;
-      const int sign = x[i].sign * y[k].sign * z[l].sign * (odd ? -1 : 1);
-      if (sign != 0)
-        add(sums[sign > 0], product(x[i].magnitude, product(y[k].magnitude, z[l].magnitude)));
-    }
-  return compare(sums[1], sums[0]);
-}
-
 // The sign after the filter was uncertain; right for any finite coordinates.
 THRONG_HD inline int orient2d_exact_sign(double ax, double ay, double bx, double by, double cx,
                                          double cy) noexcept {
@@ -191,7 +157,7 @@ THRONG_HD inline int orient2d_exact_sign(double ax, double ay, double bx, double
                         is_in_expansion_range(bx) && is_in_expansion_range(by) &&
                         is_in_expansion_range(cx) && is_in_expansion_range(cy);
   return in_range ? orient2d_expansion_sign(ax, ay, bx, by, cx, cy)
-                  : orient2d_wide_sign(ax, ay, bx, by, cx, cy);
+                  : orient2d_integer_sign(ax, ay, bx, by, cx, cy);
 #endif
 }
 THRONG_HD inline int orient3d_exact_sign(const DoubleVec3& a, const DoubleVec3& b,
@@ -201,7 +167,7 @@ THRONG_HD inline int orient3d_exact_sign(const DoubleVec3& a, const DoubleVec3& 
 #else
   const bool in_range = is_in_expansion_range(a) && is_in_expansion_range(b) &&
                         is_in_expansion_range(c) && is_in_expansion_range(d);
-  return in_range ? orient3d_expansion_sign(a, b, c, d) : orient3d_wide_sign(a, b, c, d);
+  return in_range ? orient3d_expansion_sign(a, b, c, d) : orient3d_integer_sign(a, b, c, d);
 #endif
 }
 

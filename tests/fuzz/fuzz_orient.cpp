@@ -1,4 +1,4 @@
-// Any finite coordinates: the filter, expansions and wide integers give the same signs, and an
+// Any finite coordinates: the filter, expansions and integers give the same signs, and an
 // exchange of two points the opposite.
 #include <bit>
 #include <cmath>
@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "fuzz/target.hpp"
+#include "mesh/integer_orientation.hpp"
 #include "mesh/orient.hpp"
 #include "mesh/point_cases.hpp"
 
@@ -76,10 +77,11 @@ void run(Bytes& bytes) {
       coordinate(point, axis) = coordinates[count++];
     }
 
-  const int expected = mesh::orient3d_wide_sign(p[0], p[1], p[2], p[3]);
+  const int expected = integer_orient3d(p);
   const int filter = mesh::orient3d_filter(p[0], p[1], p[2], p[3]);
   require(filter == expected || filter == mesh::uncertain, "the filter is wrong", p);
   require(mesh::orient3d_exact_sign(p[0], p[1], p[2], p[3]) == expected, "expansions differ", p);
+  require(mesh::orient3d_integer_sign(p[0], p[1], p[2], p[3]) == expected, "integers differ", p);
   const std::size_t i = bytes.below(4), k = (i + 1 + bytes.below(3)) % 4;
   FourPoints q = p;
   std::swap(q[i], q[k]);
@@ -89,11 +91,12 @@ void run(Bytes& bytes) {
   const auto flat = [](auto&& predicate, const FourPoints& points) {
     return predicate(points[0].x, points[0].y, points[1].x, points[1].y, points[2].x, points[2].y);
   };
-  const int expected_flat = flat(mesh::orient2d_wide_sign, p);
+  const int expected_flat = integer_orient2d(p[0], p[1], p[2]);
   const int flat_filter = flat(mesh::orient2d_filter, p);
   require(flat_filter == expected_flat || flat_filter == mesh::uncertain,
           "the filter in the plane is wrong", p);
   require(flat(mesh::orient2d_exact_sign, p) == expected_flat, "expansions in the plane differ", p);
+  require(flat(mesh::orient2d_integer_sign, p) == expected_flat, "integers in the plane differ", p);
   std::swap(p[0], p[1]);
   require(flat(mesh::orient2d_sign, p) == -expected_flat, "an exchange keeps the sign", p);
 }

@@ -28,7 +28,7 @@ TEST_P(OrientExact, InSpace) {
       ASSERT_EQ(filter, expected) << tests::to_text(p);
     }
     ASSERT_EQ(orient3d_exact_sign(p[0], p[1], p[2], p[3]), expected) << tests::to_text(p);
-    ASSERT_EQ(orient3d_wide_sign(p[0], p[1], p[2], p[3]), expected) << tests::to_text(p);
+    ASSERT_EQ(orient3d_integer_sign(p[0], p[1], p[2], p[3]), expected) << tests::to_text(p);
   }
 }
 
@@ -50,7 +50,7 @@ TEST_P(OrientExact, InThePlane) {
       ASSERT_EQ(filter, expected) << tests::to_text(p);
     }
     ASSERT_EQ(check(orient2d_exact_sign), expected) << tests::to_text(p);
-    ASSERT_EQ(check(orient2d_wide_sign), expected) << tests::to_text(p);
+    ASSERT_EQ(check(orient2d_integer_sign), expected) << tests::to_text(p);
   }
 }
 

@@ -1,4 +1,4 @@
-// Signs of determinants: the filter and its bounds, expansions and their range, wide integers.
+// Signs of determinants: the filter and its bounds, expansions and their range, integers.
 #include "mesh/orient.hpp"
 
 #include <gtest/gtest.h>
@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "base/float_state.hpp"
+#include "mesh/integer_orientation.hpp"
 #include "mesh/point_cases.hpp"
 #include "support/sanitized.hpp"
 
@@ -19,6 +20,8 @@ namespace {
 
 using tests::coordinate;
 using tests::FourPoints;
+using tests::integer_orient2d;
+using tests::integer_orient3d;
 using tests::PointKind;
 using tests::Random;
 using tests::to_text;
@@ -34,8 +37,8 @@ int orient3d_filter(const FourPoints& p) { return mesh::orient3d_filter(p[0], p[
 int orient3d_exact_sign(const FourPoints& p) {
   return mesh::orient3d_exact_sign(p[0], p[1], p[2], p[3]);
 }
-int orient3d_wide_sign(const FourPoints& p) {
-  return mesh::orient3d_wide_sign(p[0], p[1], p[2], p[3]);
+int orient3d_integer_sign(const FourPoints& p) {
+  return mesh::orient3d_integer_sign(p[0], p[1], p[2], p[3]);
 }
 
 // What the filter computes, without the terms for underflow.
@@ -130,10 +133,11 @@ TEST_P(OrientKinds, PathsAgree) {
   Random random(7 + static_cast<std::uint64_t>(GetParam()));
   for (int n = 0; n < rounds; ++n) {
     const FourPoints p = tests::draw_points(random, kind());
-    const int expected = orient3d_wide_sign(p);
+    const int expected = integer_orient3d(p);
     const int filter = orient3d_filter(p);
     ASSERT_TRUE(filter == expected || filter == uncertain) << to_text(p);
     ASSERT_EQ(orient3d_exact_sign(p), expected) << to_text(p);
+    ASSERT_EQ(orient3d_integer_sign(p), expected) << to_text(p);
   }
 }
 
@@ -169,13 +173,13 @@ TEST(OrientFilter, RoundingErrors) {
   for (int n = 0; n < 4000; ++n) {
     const FourPoints p = tests::draw_points(random, PointKind::rounded_plane);
     const double determinant = estimate3d(p).determinant;
-    const int sign = orient3d_wide_sign(p);
+    const int sign = integer_orient3d(p);
     wrong += determinant != 0 && sign != (determinant > 0 ? 1 : -1);
     // The first point, and two in the same direction from it but for rounding.
     const double ax = p[0].x, ay = p[0].y, s = tests::unit_double(random);
     const double bx = ax + p[1].x, by = ay + p[1].y, cx = ax + s * p[1].x, cy = ay + s * p[1].y;
     const double flat = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
-    const int flat_sign = orient2d_wide_sign(ax, ay, bx, by, cx, cy);
+    const int flat_sign = integer_orient2d({ax, ay, 0}, {bx, by, 0}, {cx, cy, 0});
     wrong_flat += flat != 0 && flat_sign != (flat > 0 ? 1 : -1);
     const int filter = orient2d_filter(ax, ay, bx, by, cx, cy);
     ASSERT_TRUE(filter == uncertain || filter == flat_sign);
@@ -264,7 +268,7 @@ TEST(OrientFilter, ZeroFactors) {
 // A product of two that underflows is multiplied by a large third factor: 2^-80 - 2^-100 > 0.
 TEST(OrientFilter, UnderflowOfTwoFactors) {
   const FourPoints p{{{0, 0, 0}, {0x1p440, 0, 0x1p1000}, {0x1p-540, 0, 1}, {0, 0x1p-540, 0}}};
-  EXPECT_EQ(orient3d_wide_sign(p), 1);
+  EXPECT_EQ(integer_orient3d(p), 1);
   EXPECT_EQ(orient3d_filter(p), uncertain);
   EXPECT_EQ(orient3d_sign(p), 1);
 }
@@ -276,7 +280,7 @@ TEST(OrientFilter, UnderflowOfThreeFactors) {
   const FourPoints p{{{0, 0, 0}, {s, 0, -2.6 * s}, {-s, 1, 1.4 * s}, {0, -1, 1.4 * s}}};
   const Estimate estimate = estimate3d(p);
   EXPECT_LT(estimate.determinant, -orient3d_relative_error * estimate.permanent);
-  EXPECT_EQ(orient3d_wide_sign(p), 1);
+  EXPECT_EQ(integer_orient3d(p), 1);
   EXPECT_EQ(orient3d_filter(p), uncertain);
   EXPECT_EQ(orient3d_sign(p), 1);
 }
@@ -292,7 +296,7 @@ TEST(OrientFilter, UnderflowInThePlane) {
     const double by = 0.5 * s + random.between(0, 1 << 20) * unit;
     const FourPoints p{
         {{-0.75 * unit, 0, 0}, {1.5 * s - unit, by, 0}, {1.5 * s / by * s, s, 0}, {}}};
-    const int expected = orient2d_wide_sign(p[0].x, p[0].y, p[1].x, p[1].y, p[2].x, p[2].y);
+    const int expected = integer_orient2d(p[0], p[1], p[2]);
     const Estimate estimate = estimate2d(p);
     const double bound = orient2d_relative_error * estimate.permanent;
     wrong += (estimate.determinant > bound && expected != 1) ||
@@ -360,11 +364,11 @@ TEST(OrientExpansion, Range) {
       for (DoubleVec3& q : p)
         for (int axis = 0; axis < 3; ++axis)
           coordinate(q, axis) = random.one_in(9) ? 0 : std::ldexp(coordinate(q, axis), exponent);
-      ASSERT_EQ(orient3d_exact_sign(p), orient3d_wide_sign(p)) << to_text(p);
+      ASSERT_EQ(orient3d_exact_sign(p), integer_orient3d(p)) << to_text(p);
       const double x = coordinate(p[1], 0), y = coordinate(p[1], 1), z = coordinate(p[1], 2);
       const double s = tests::unit_double(random);
       ASSERT_EQ(orient2d_exact_sign(x, z, y, z, s * x, s * z),
-                orient2d_wide_sign(x, z, y, z, s * x, s * z));
+                integer_orient2d({x, z, 0}, {y, z, 0}, {s * x, s * z, 0}));
     }
   EXPECT_TRUE(is_in_expansion_range(0.0));
   EXPECT_TRUE(is_in_expansion_range(-0x1p-300));
@@ -429,18 +433,7 @@ TEST(OrientExpansion, NonadjacentTerms) {
   }
 }
 
-// Widest differences: 2^1025 less the least double, with a borrow through all limbs.
-TEST(OrientWide, Extremes) {
-  const WideDifference widest = wide_difference(largest, -largest);
-  EXPECT_EQ(widest.sign, 1);
-  EXPECT_EQ(widest.magnitude.limb[65] >> (2098 - 65 * 32), 1u);
-  EXPECT_EQ(widest.magnitude.limb[0], 0u);
-  const WideDifference borrow = wide_difference(least, largest);
-  EXPECT_EQ(borrow.sign, -1);
-  EXPECT_EQ(borrow.magnitude.limb[0], 0xffffffffu);
-  EXPECT_EQ(wide_difference(-least, least).magnitude.limb[0], 2u);
-  EXPECT_EQ(wide_difference(-largest, -largest).sign, 0);
-
+TEST(OrientIntegers, Extremes) {
   // The same determinant but for the least double.
   const FourPoints flat{{{largest, largest, largest},
                          {-largest, largest, -largest},
@@ -459,7 +452,7 @@ TEST(Orient, RoundingModeOfTheCaller) {
   Random random(11);
   for (int n = 0; n < rounds / 4; ++n) {
     const FourPoints p = tests::draw_points(random, PointKind::rounded_plane);
-    const int expected = orient3d_wide_sign(p);
+    const int expected = integer_orient3d(p);
     std::fesetround(FE_UPWARD);
     int sign = 0;
     {

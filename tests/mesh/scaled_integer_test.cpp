@@ -1,4 +1,4 @@
-// Signs by scaled integers, as a device computes them, against expansions and wide integers.
+// Signs by scaled integers, as a device computes them, against expansions and ExactInteger.
 #include "mesh/scaled_integer.hpp"
 
 #include <gtest/gtest.h>
@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "mesh/integer_orientation.hpp"
 #include "mesh/orient.hpp"
 #include "support/random.hpp"
 
@@ -67,7 +68,7 @@ TEST(ScaledInteger, SignsInSpace) {
       DoubleVec3 d = from.point();
       if (i % 4 == 0) d = {b.x / 2 + c.x / 2, b.y / 2 + c.y / 2, b.z / 2 + c.z / 2};
       const int sign = orient3d_integer_sign(a, b, c, d);
-      EXPECT_EQ(sign, orient3d_wide_sign(a, b, c, d)) << i << " " << range.least;
+      EXPECT_EQ(sign, tests::integer_orient3d({a, b, c, d})) << i << " " << range.least;
       EXPECT_EQ(sign, -orient3d_integer_sign(b, a, c, d));
       ++signs[sign + 1];
     }
@@ -84,7 +85,8 @@ TEST(ScaledInteger, SignsInThePlane) {
       const double cx = i % 4 ? from.next() : ax / 2 + bx / 2,
                    cy = i % 4 ? from.next() : ay / 2 + by / 2;
       const int sign = orient2d_integer_sign(ax, ay, bx, by, cx, cy);
-      EXPECT_EQ(sign, orient2d_wide_sign(ax, ay, bx, by, cx, cy)) << i << " " << range.least;
+      EXPECT_EQ(sign, tests::integer_orient2d({ax, ay, 0}, {bx, by, 0}, {cx, cy, 0}))
+          << i << " " << range.least;
       ++signs[sign + 1];
     }
   }
