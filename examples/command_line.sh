@@ -56,7 +56,8 @@ throng mesh model.obj --json           # for scripts: "pairs" is 0 if clean
 throng mesh model.obj other.obj        # two meshes
 throng mesh model.obj --within 0.5     # triangles at most 0.5 apart
 # snippet-end: mesh
-[ -s crossing.npy ] && [ -s crossing.png ]
+[ -s crossing.npy ]
+[ -s crossing.png ]
 # snippet-begin: capture
 mkdir captures
 THRONG_CAPTURE=captures throng pairs pile.npy

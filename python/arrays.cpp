@@ -136,6 +136,21 @@ void require_unmasked(nb::handle value, const std::string& name) {
   }
 }
 
+// Whether a NumPy array has values that are not a whole number of items apart, as a field of a
+// packed structure may have.
+bool has_split_strides(nb::handle value) {
+  if (!nb::hasattr(value, "strides") || !nb::hasattr(value, "itemsize")) return false;
+  nb::tuple strides;
+  std::int64_t item = 0;
+  if (!nb::try_cast(value.attr("strides"), strides) || !nb::try_cast(value.attr("itemsize"), item))
+    return false;
+  for (nb::handle stride : strides) {
+    std::int64_t bytes = 0;
+    if (nb::try_cast(stride, bytes) && item > 0 && bytes % item != 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void require_aligned(const AnyArray& a, const std::string& name, std::size_t bytes) {
@@ -162,6 +177,12 @@ AnyArray import_array(nb::handle value, const std::string& name, const std::stri
   if (where.is_gpu()) source = capsule_for(source, array_device->stream);
   AnyArray array;
   if (!nb::try_cast(source, array) || !array.is_valid()) {
+    if (has_split_strides(value)) {
+      value_error(name +
+                  ": its strides are no multiples of its item size; give a copy: "
+                  "numpy.ascontiguousarray(" +
+                  name + ")");
+    }
     type_error(name + ": found " + described_array(value) + ", wanted an array of " + wanted +
                " in this machine's byte order; numpy.asarray(x, dtype=numpy." +
                wanted.substr(0, wanted.find(' ')) + ") makes one");

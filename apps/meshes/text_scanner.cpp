@@ -11,6 +11,11 @@ bool is_blank(char c) noexcept {
   return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
 }
 
+// A line ends with LF, CR LF or CR.
+bool ends_line(const char* at, const char* end) noexcept {
+  return *at == '\n' || (*at == '\r' && (at + 1 == end || at[1] != '\n'));
+}
+
 // from_chars reads no plus sign.
 const char* after_plus(const char* begin, const char* end) noexcept {
   return end - begin > 1 && *begin == '+' && begin[1] != '-' ? begin + 1 : begin;
@@ -27,7 +32,7 @@ std::string TextScanner::quoted(std::string_view word) {
 
 void TextScanner::skip_blanks() {
   for (;;) {
-    while (at_ < end_ && is_blank(*at_)) ++at_;
+    while (at_ < end_ && is_blank(*at_) && !ends_line(at_, end_)) ++at_;
     if (joins_ && at_ < end_ && *at_ == '\\') {
       const char* next = at_ + 1;
       if (next < end_ && *next == '\r') ++next;
@@ -40,7 +45,7 @@ void TextScanner::skip_blanks() {
     break;
   }
   if (comment_ != 0 && at_ < end_ && *at_ == comment_) {
-    while (at_ < end_ && *at_ != '\n') ++at_;
+    while (at_ < end_ && !ends_line(at_, end_)) ++at_;
   }
 }
 
@@ -53,7 +58,7 @@ std::string_view TextScanner::word_of_line() {
 }
 
 bool TextScanner::next_line() {
-  while (at_ < end_ && *at_ != '\n') ++at_;
+  while (at_ < end_ && !ends_line(at_, end_)) ++at_;
   if (at_ == end_) return false;
   ++at_;
   ++line_;

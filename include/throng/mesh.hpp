@@ -143,7 +143,7 @@ class THRONG_API MeshFinder {
   MeshResult consume_within(const TriangleMesh& a, const TriangleMesh& b, double distance,
                             Consumer consumer);
 
-  // The pairs of the last call that stored them here.
+  // The pairs of the last call, if it stored them here; else none.
   Pairs pairs() const noexcept { return pairs_; }
 
   // Options may change between calls, except `memory` after the first call.

@@ -69,15 +69,14 @@ class BroadPhase(ipctk.BroadPhase):
         inflation_radius=0).
         """
         t0, t1, edges, faces, radius = _arguments(args, named)
-        if radius is None or not radius >= 0:
-            raise ValueError(f"inflation_radius: found {radius!r}, wanted 0 or more")
+        radius = _radius(radius)
         if len(t0):
             # ipctk's own part keeps the dimension.
             none = numpy.zeros((0, 0), numpy.int32)
             super().build(numpy.asarray(t0[:1], numpy.float64), none, none, 0.0)
-        self._t0, self._t1, self._radius = t0, t1, float(radius)
-        self._edges = edges.reshape(-1, 2) if edges.size == 0 else edges
-        self._faces = faces.reshape(-1, 3) if faces.size == 0 else faces
+        self._t0, self._t1, self._radius = t0, t1, radius
+        self._edges = _elements(edges, 2, "edges", len(t0))
+        self._faces = _elements(faces, 3, "faces", len(t0))
         self._found = None
 
     def clear(self) -> None:
@@ -196,3 +195,28 @@ def _arguments(args: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, Any, 
     if t1 is not None and t1.shape != first.shape:
         raise ValueError(f"vertices_t1: found shape {t1.shape}, wanted {first.shape} as vertices_t0")
     return first, t1, arrays[-2], arrays[-1], given["inflation_radius"]
+
+
+def _radius(value: Any) -> float:
+    try:
+        radius = float(value)
+    except (TypeError, ValueError):
+        radius = numpy.nan
+    if not 0 <= radius < numpy.inf:
+        raise ValueError(f"inflation_radius: found {value!r}, wanted a finite number of 0 or more")
+    return radius
+
+
+def _elements(rows: NDArray[Any], size: int, name: str, vertices: int) -> NDArray[Any]:
+    """The vertices of each edge or face, (n, size)."""
+    if rows.size == 0:
+        return numpy.zeros((0, size), numpy.int32)
+    if rows.ndim != 2 or rows.shape[1] != size or rows.dtype.kind not in "iu":
+        raise ValueError(f"{name}: found {rows.dtype} of shape {rows.shape}, wanted integers of shape (n, {size})")
+    bad = numpy.flatnonzero(((rows < 0) | (rows >= vertices)).any(axis=1))
+    if len(bad):
+        raise ValueError(
+            f"{name}: row {bad[0]} is {rows[bad[0]].tolist()}, wanted indices of the {vertices} vertices "
+            f"({len(bad)} bad rows)"
+        )
+    return rows

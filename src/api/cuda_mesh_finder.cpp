@@ -32,10 +32,9 @@ bool valid_on_device(const TriangleMesh& a, const TriangleMesh* b, const Options
 
 void explain_defects(const mesh::MeshDefects& defects, bool second, bool two, Result& r) noexcept {
   const char* const which = !two ? "the mesh" : (second ? "the second mesh" : "the first mesh");
-  set_message(r,
-              "triangle %llu of %s uses vertex %llu, which is %s; fix it (%llu more bad triangles)",
+  set_message(r, "triangle %llu of %s uses vertex %llu, which is %s; fix it (bad triangles: %llu)",
               ull{defects.first}, which, ull{defects.vertex},
-              defects.out_of_range ? "out of range" : "not finite", ull{defects.count - 1});
+              defects.out_of_range ? "out of range" : "not finite", ull{defects.count});
 }
 
 }  // namespace

@@ -109,7 +109,9 @@ void explain_defects(const mesh::MeshCall& call, const mesh::MeshDefects& defect
   const TriangleMesh& mesh = second ? *call.b : *call.a;
   const char* const which = !call.b ? "the mesh" : (second ? "the second mesh" : "the first mesh");
   char others[64];
-  std::snprintf(others, sizeof others, " (%llu more bad triangles)", ull{defects.count - 1});
+  others[0] = 0;
+  if (defects.count > 1)
+    std::snprintf(others, sizeof others, " (%llu more bad triangles)", ull{defects.count - 1});
   explain_bad_triangle(mesh, which, defects.first, defects.vertex, others, r);
 }
 

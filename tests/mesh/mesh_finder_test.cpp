@@ -448,6 +448,26 @@ TEST(MeshFinder, StopsWhenItIsStopped) {
   EXPECT_TRUE(finder.find({m.vertices, m.triangles}).ok());
 }
 
+// Boxes that all overlap are one column of the grid; the search stops inside of it.
+TEST(MeshFinder, StopsInsideAColumn) {
+  SmallMesh m;
+  m.vertices = {{0, 0, 0}, {1, 0, 1}, {0, 1, 1}};
+  m.triangles.assign(2'000, {0, 1, 2});
+  Options options;
+  options.threads = 1;
+  options.algorithm = Algorithm::grid;
+  MeshFinder finder(options);
+  std::size_t seen = 0;
+  const MeshResult r =
+      finder.consume({m.vertices, m.triangles}, [&seen](const Pair*, std::size_t count) {
+        seen += count;
+        return false;
+      });
+  EXPECT_EQ(r.status, Status::stopped) << r.message;
+  EXPECT_GT(seen, 0u);
+  EXPECT_LT(r.candidates, 20'000u);  // of 1,999,000
+}
+
 TEST(MeshFinder, AMemoryCapHoldsOrNamesWhatIsNeeded) {
   const SmallMesh m = soup(9, 20'000, 0.05);
   const std::vector<Vec3> v = to_floats(m.vertices);

@@ -284,7 +284,9 @@ std::size_t Worker::filter(Pair* pairs, std::size_t count) const noexcept {
     count =
         compact_allowed(pairs, count, [&](Pair pair) { return search_->doubles->overlap(pair); });
   }
-  return search_->pair_test && count ? search_->pair_test->keep(pairs, count) : count;
+  if (!search_->pair_test || count == 0) return count;
+  // Tests are long: a search that is to stop does not wait for those of a column.
+  return search_->over() ? 0 : search_->pair_test->keep(pairs, count);
 }
 
 }  // namespace throng::grid

@@ -74,6 +74,10 @@ TEST(Obj, DropsTrianglesWithARepeatedIndex) {
   EXPECT_EQ(mesh.dropped, 3u);
 }
 
+TEST(Obj, LinesMayEndWithCarriageReturns) {
+  EXPECT_EQ(triangles(parse("a.obj", "# c\rv 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r")), "0 1 2");
+}
+
 TEST(Obj, FacesMayComeBeforeTheirVertices) {
   EXPECT_EQ(triangles(parse("a.obj", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n")), "0 1 2");
 }
