@@ -109,8 +109,8 @@ int main() {
   CHECK(result.status == throng::Status::no_device || on_gpu.pairs().size() == pairs.size());
 
   // snippet-begin: describe
-  const std::vector<throng::TriangleIntersection> described = throng::describe_intersections(
-      {vertices, triangles}, {vertices, triangles}, pairs.data(), pairs.size());
+  const std::vector<throng::TriangleIntersection> described =
+      throng::describe_intersections({vertices, triangles}, {vertices, triangles}, pairs);
   for (const throng::TriangleIntersection& i : described) {
     if (i.point_count != 2) continue;  // a segment
     const throng::DoubleVec3 &p = i.points[0], &q = i.points[1];

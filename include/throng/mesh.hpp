@@ -201,5 +201,16 @@ THRONG_API std::vector<TriangleIntersection> describe_intersections(const Triang
                                                                     const Pair* pairs,
                                                                     std::size_t count,
                                                                     const Options& options = {});
+inline std::vector<TriangleIntersection> describe_intersections(const TriangleMesh& a,
+                                                                const TriangleMesh& b,
+                                                                const std::vector<Pair>& pairs,
+                                                                const Options& options = {}) {
+  return describe_intersections(a, b, pairs.data(), pairs.size(), options);
+}
+inline std::vector<TriangleIntersection> describe_intersections(const TriangleMesh& a,
+                                                                const TriangleMesh& b, Pairs pairs,
+                                                                const Options& options = {}) {
+  return describe_intersections(a, b, pairs.data(), pairs.size(), options);
+}
 
 }  // namespace throng

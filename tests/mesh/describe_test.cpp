@@ -162,7 +162,7 @@ TEST(DescribeIntersections, OfManyPairs) {
   options.order = Order::canonical;
   const std::vector<Pair> pairs = find_self_intersections(mesh, options);
   ASSERT_GE(pairs.size(), 300u);
-  const auto together = describe_intersections(mesh, mesh, pairs.data(), pairs.size());
+  const auto together = describe_intersections(mesh, mesh, pairs);
   ASSERT_EQ(together.size(), pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     EXPECT_GE(together[i].point_count, 1);
@@ -192,7 +192,7 @@ TEST(DescribeIntersections, RunsOnTheExecutor) {
   options.executor = &executor;
   const TwoMesh mesh{{{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {1, 1, -1}, {1, 1, 1}, {3, 1, 1}}};
   const std::vector<Pair> pairs(1000, Pair{0, 1});
-  const auto found = describe_intersections(mesh, mesh, pairs.data(), pairs.size(), options);
+  const auto found = describe_intersections(mesh, mesh, Pairs{pairs.data(), pairs.size()}, options);
   EXPECT_EQ(calls.runs, 1u);
   EXPECT_EQ(calls.tasks, 3u);
   for (const TriangleIntersection& d : found) EXPECT_EQ(d.point_count, 2);
