@@ -255,6 +255,7 @@ void measure_mesh(MeshCommand& command, const std::string& name, const Mesh& giv
     return finder.find(view, out, capacity);
   };
   std::vector<Timed> others;
+  others.reserve(cgal.methods.size());
   for (const auto& method : cgal.methods) {
     others.push_back({method->name(), method->threads(), [&] { return method->run(); }});
   }
@@ -289,6 +290,7 @@ void measure_two(MeshCommand& command, std::size_t triangles, int rounds) {
   const auto fcl = command.options.competitors ? mesh_pair_competitors(a, b)
                                                : std::vector<std::unique_ptr<MeshPairMethod>>();
   std::vector<Timed> others;
+  others.reserve(fcl.size());
   for (const auto& method : fcl)
     others.push_back({method->name(), 1, [&] { return method->run(); }});
   // FCL's test of two triangles is not exact: a difference is reported, not a failure.

@@ -207,3 +207,27 @@ def test_arguments_of_build() -> None:
     own.build(t0, broken, edges, faces, 0.1)
     with pytest.raises(ValueError, match="3"):
         own.detect_edge_edge_candidates()
+
+
+@pytest.mark.parametrize(
+    ("argument", "value", "message"),
+    [
+        ("edges", [[0, 1], [-1, 2]], r"edges: row 1 is \[-1, 2\]"),
+        ("faces", [[0, 1, 3]], r"faces: row 0 is \[0, 1, 3\]"),
+        ("edges", [[0.0, 1.0]], "edges: found float64"),
+        ("faces", [[0, 1]], r"faces: found .* of shape \(1, 2\)"),
+        ("inflation_radius", numpy.inf, "inflation_radius: found inf"),
+        ("inflation_radius", "x", "inflation_radius: found 'x'"),
+    ],
+)
+def test_bad_arguments_of_build(argument: str, value: Any, message: str) -> None:
+    given: dict[str, Any] = {
+        "vertices": numpy.eye(3),
+        "edges": [[0, 1]],
+        "faces": [],
+        "inflation_radius": 0.1,
+    }
+    broad_phase = throng.ipc.BroadPhase()
+    broad_phase.build(**given)
+    with pytest.raises(ValueError, match=message):
+        broad_phase.build(**given | {argument: value})

@@ -288,6 +288,12 @@ def test_wrong_types_of_faces(kind: str, n: int) -> None:
         mesh.self_intersections(VERTICES, numpy.zeros((n, 3), kind))
 
 
+def test_rows_that_are_no_whole_items_apart() -> None:
+    packed = numpy.zeros(3, [("position", "f8", 3), ("flag", "u1")])
+    with pytest.raises(ValueError, match="numpy.ascontiguousarray"):
+        throng.mesh.self_intersections(packed["position"], numpy.array([[0, 1, 2]], numpy.uint32))
+
+
 def test_wrong_shapes() -> None:
     for shape in ((), (3,), (3, 2), (3, 4), (1, 3, 3)):
         with pytest.raises(ValueError, match=r"^vertices: found float64 of shape \("):

@@ -212,7 +212,9 @@ def _elements(rows: NDArray[Any], size: int, name: str, vertices: int) -> NDArra
     if rows.size == 0:
         return numpy.zeros((0, size), numpy.int32)
     if rows.ndim != 2 or rows.shape[1] != size or rows.dtype.kind not in "iu":
-        raise ValueError(f"{name}: found {rows.dtype} of shape {rows.shape}, wanted integers of shape (n, {size})")
+        raise ValueError(
+            f"{name}: found {rows.dtype} of shape {rows.shape}, wanted integers of shape (n, {size})"
+        )
     bad = numpy.flatnonzero(((rows < 0) | (rows >= vertices)).any(axis=1))
     if len(bad):
         raise ValueError(

@@ -106,7 +106,7 @@ bool valid(const mesh::MeshCall& call, const Options& options, Result& r) noexce
 // The message for an index or a vertex that is not valid.
 void explain_defects(const mesh::MeshCall& call, const mesh::MeshDefects& defects, bool second,
                      Result& r) noexcept {
-  const TriangleMesh& mesh = second ? *call.b : *call.a;
+  const TriangleMesh& mesh = call.b && second ? *call.b : *call.a;
   const char* const which = !call.b ? "the mesh" : (second ? "the second mesh" : "the first mesh");
   char others[64];
   others[0] = 0;

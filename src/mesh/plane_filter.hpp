@@ -77,8 +77,7 @@ THRONG_HD inline DoubleVec3 scaled_to_one(const DoubleVec3& a) noexcept {
   return {a.x / largest, a.y / largest, a.z / largest};
 }
 
-// ---- what most candidates of a mesh take: they are neighbours, or near one another
-// ---------------
+// ---- what most candidates of a mesh take: neighbours, and triangles near one another ------------
 //
 // Each function returns true only if the triangles have no common point but the vertices that they
 // share. Coplanar triangles are decided, too.

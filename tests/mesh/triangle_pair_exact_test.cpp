@@ -143,5 +143,15 @@ TEST(PlaneFilter, ADecisionIsExact) {
   EXPECT_EQ(unsure, 0u);
 }
 
+// Triangles (p, a1, a2) and (p, b1, b2) with a1 and b1 at one position: a common point, unless it
+// is that of p.
+TEST(PlaneFilter, VerticesAtOnePosition) {
+  const DoubleVec3 p{1, 2, 3}, a2{2, 2, 3}, b2{1, 3, 3}, q{2, 3, 3};
+  EXPECT_EQ(mesh::decide_beyond_vertex(p, q, a2, q, b2), mesh::Decision::yes);
+  EXPECT_EQ(mesh::decide_beyond_vertex(p, a2, q, b2, q), mesh::Decision::yes);
+  EXPECT_NE(mesh::decide_beyond_vertex(p, p, a2, p, b2), mesh::Decision::yes);
+  EXPECT_FALSE(mesh::meet_beyond_vertex(p, p, a2, p, b2));
+}
+
 }  // namespace
 }  // namespace throng::tests
