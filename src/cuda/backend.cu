@@ -6,6 +6,7 @@
 #include "base/profile.hpp"
 #include "cuda/argument_checks.hpp"
 #include "cuda/device.cuh"
+#include "cuda/pair_memory.cuh"
 #include "device/engine.hpp"
 
 namespace throng::cuda {
@@ -49,26 +50,20 @@ class GpuEngine final : public Engine {
       w.carve<Device>(count, workspace_.ensure(w.carve<Device>(count, nullptr)));
       reserved_ = w;
     }
-    if (pairs > pairs_reserved_) {
-      pairs_reserved_ = 0;
-      unordered_.ensure(pairs * sizeof(Pair));
-      sorting_.ensure(Device::sort_bytes(pairs));
-      pairs_reserved_ = pairs;
-    }
+    pairs_.reserve(pairs);
     check(cudaStreamSynchronize(stream));
   }
 
   void find_on_device(const Boxes& a, const Boxes* b, const Options& options, Pair* out,
                       std::size_t capacity, Stream stream, Result& r) override {
     THRONG_RANGE("search on the GPU");
-    const bool in_order = options.order == Order::canonical;
     const std::size_t count = a.size() + (b ? b->size() : 0);
     r.plan.backend = Backend::cuda;
     r.plan.reason = "";
     check_stream(stream);
     if (count == 0) return;
-    if (count > reserved_.boxes || (in_order && capacity > pairs_reserved_))
-      reserve(count, in_order ? capacity : 0, stream);
+    if (!is_reserved(count, options, capacity))
+      reserve(count, options.order == Order::canonical ? capacity : 0, stream);
     const CurrentDevice current(device().ordinal());
     device().begin(stream, options.measure_stages);
     Workspace w;
@@ -86,9 +81,7 @@ class GpuEngine final : public Engine {
       r.first_invalid = in.local(report.first_bad_world());
       r.status = Status::bad_filter;
     } else if (accepted) {
-      r.found = report.found;
-      r.written = in_order && r.found > capacity ? 0 : std::min<std::uint64_t>(r.found, capacity);
-      if (r.found > capacity) r.status = Status::buffer_too_small;
+      set_counts(report, options.order, capacity, r);
     }
   }
 
@@ -98,24 +91,16 @@ class GpuEngine final : public Engine {
     check_stream(stream);
     const std::size_t count = a.size() + (b ? b->size() : 0);
     check_box_count(count);
-    std::size_t wanted = 4 * count;
-    for (const Result fresh = r;; r = fresh) {
-      device().begin(stream, false);
-      if (wanted > found_.bytes() / sizeof(Pair)) found_.ensure(wanted * sizeof(Pair));
-      const std::size_t capacity = found_.bytes() / sizeof(Pair);
-      find_on_device(a, b, options, found_.as<Pair>(), capacity, stream, r);
-      if (r.status != Status::buffer_too_small)
-        return {found_.as<Pair>(), static_cast<std::size_t>(r.written)};
-      wanted = static_cast<std::size_t>(r.found + r.found / 64 + 512);
-    }
+    device().begin(stream, false);
+    return pairs_.grow(4 * count, r, [&](Pair* out, std::size_t capacity) {
+      find_on_device(a, b, options, out, capacity, stream, r);
+    });
   }
 
   void find_async(const Boxes& a, const Boxes* b, const Options& options, Pair* out,
                   std::size_t capacity, Report* report, Stream stream) override {
     const std::size_t count = a.size() + (b ? b->size() : 0);
-    const bool in_order = options.order == Order::canonical;
-    if (count > reserved_.boxes || (in_order && capacity > pairs_reserved_))
-      throw Failure{Status::not_reserved, count};
+    if (!is_reserved(count, options, capacity)) throw Failure{Status::not_reserved, count};
     const CurrentDevice current(device().ordinal());
     check_stream(stream);
     AccessCheck(device().ordinal(), Status::bad_option)
@@ -127,8 +112,7 @@ class GpuEngine final : public Engine {
   }
 
   std::size_t held() const noexcept override {
-    return engine_.held() + workspace_.bytes() + unordered_.bytes() + sorting_.bytes() +
-           found_.bytes();
+    return engine_.held() + workspace_.bytes() + pairs_.bytes();
   }
 
  private:
@@ -136,6 +120,9 @@ class GpuEngine final : public Engine {
 
   static void check_box_count(std::size_t boxes) {
     if (boxes > device::max_pipeline_boxes) throw Failure{Status::too_many_boxes, boxes};
+  }
+  bool is_reserved(std::size_t boxes, const Options& options, std::size_t capacity) const noexcept {
+    return boxes <= reserved_.boxes && pairs_.suffices(options.order, capacity);
   }
   // Work on a stream of another device could not reach this device's memory.
   void check_stream(Stream stream) const {
@@ -155,25 +142,18 @@ class GpuEngine final : public Engine {
     w = reserved_;
     if (report) w.report = report;
     const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);
-    const bool in_order = options.order == Order::canonical;
     const Pipeline<Device> pipeline(device());
-    pipeline.build_and_find(in, brute, w,
-                            {in_order ? unordered_.as<Pair>() : out, capacity, w.report});
-    if (in_order) {
-      device().sort(unordered_.as<Pair>(), sorting_.as<char>(), sorting_.bytes(), out, capacity,
-                    capacity, w.report, in);
-      device().mark(device::Stage::order);
-    }
+    pipeline.build_and_find(in, brute, w, {pairs_.target(options.order, out), capacity, w.report});
+    if (options.order == Order::canonical) pairs_.sort(device(), out, capacity, w.report, in);
     return in;
   }
 
   Memory memory_;
   device::Engine<Device> engine_;  // for boxes in host memory; owns the device
   cudaStream_t own_ = nullptr;     // stream of engine_
-  device::DeviceBuffer<Device> workspace_{engine_.device()}, unordered_{engine_.device()},
-      sorting_{engine_.device()}, found_{engine_.device()};
+  device::DeviceBuffer<Device> workspace_{engine_.device()};
+  PairMemory pairs_{engine_.device()};
   Workspace reserved_;  // in workspace_, for reserved_.boxes boxes
-  std::size_t pairs_reserved_ = 0;
   bool nan_in_second_ = false;
 };
 

@@ -5,6 +5,7 @@
 #include "cuda/argument_checks.hpp"
 #include "cuda/backend.hpp"
 #include "cuda/device.cuh"
+#include "cuda/pair_memory.cuh"
 #include "device/engine.hpp"
 #include "device/mesh_job.hpp"
 
@@ -63,26 +64,21 @@ class GpuMeshEngine final : public MeshEngine {
       reserved_ = w;
       points_reserved_ = points;
     }
-    if (pairs > pairs_reserved_) {
-      pairs_reserved_ = 0;
-      unordered_.ensure(pairs * sizeof(Pair));
-      sorting_.ensure(Device::sort_bytes(pairs));
-      pairs_reserved_ = pairs;
-    }
+    pairs_.reserve(pairs);
     check(cudaStreamSynchronize(stream));
   }
 
   void find_on_device(const TriangleMesh& a, const TriangleMesh* b, const Options& options,
                       Pair* out, std::size_t capacity, Stream stream, MeshResult& r) override {
     THRONG_RANGE("search of triangles on the GPU");
-    const bool in_order = options.order == Order::canonical;
     const std::size_t count = a.size() + (b ? b->size() : 0);
     r.plan.backend = Backend::cuda;
     r.plan.reason = "";
     check_stream(stream);
     if (count == 0) return;
-    if (!is_reserved(a, b, in_order ? capacity : 0))
-      reserve(count, in_order ? capacity : 0, MeshLayout(a, b).converted_vertices, stream);
+    if (!is_reserved(a, b, options, capacity))
+      reserve(count, options.order == Order::canonical ? capacity : 0,
+              MeshLayout(a, b).converted_vertices, stream);
     const CurrentDevice current(device().ordinal());
     device().begin(stream, options.measure_stages);
     MeshWorkspace w = workspace();
@@ -104,9 +100,7 @@ class GpuMeshEngine final : public MeshEngine {
       r.invalid_count = defects_.count;
       r.status = Status::bad_mesh;
     } else {
-      r.found = report.search.found;
-      r.written = in_order && r.found > capacity ? 0 : std::min<std::uint64_t>(r.found, capacity);
-      if (r.found > capacity) r.status = Status::buffer_too_small;
+      set_counts(report.search, options.order, capacity, r);
     }
   }
 
@@ -114,24 +108,18 @@ class GpuMeshEngine final : public MeshEngine {
                      Stream stream, MeshResult& r) override {
     const CurrentDevice current(device().ordinal());
     check_stream(stream);
-    std::size_t wanted = a.size() + (b ? b->size() : 0);
-    if (wanted > device::max_pipeline_boxes) throw Failure{Status::too_many_boxes, wanted};
-    for (const MeshResult fresh = r;; r = fresh) {
-      device().begin(stream, false);
-      if (wanted > found_.bytes() / sizeof(Pair)) found_.ensure(wanted * sizeof(Pair));
-      const std::size_t capacity = found_.bytes() / sizeof(Pair);
-      find_on_device(a, b, options, found_.as<Pair>(), capacity, stream, r);
-      if (r.status != Status::buffer_too_small)
-        return {found_.as<Pair>(), static_cast<std::size_t>(r.written)};
-      wanted = static_cast<std::size_t>(r.found + r.found / 64 + 512);
-    }
+    const std::size_t count = a.size() + (b ? b->size() : 0);
+    if (count > device::max_pipeline_boxes) throw Failure{Status::too_many_boxes, count};
+    device().begin(stream, false);
+    return pairs_.grow(count, r, [&](Pair* out, std::size_t capacity) {
+      find_on_device(a, b, options, out, capacity, stream, r);
+    });
   }
 
   void find_async(const TriangleMesh& a, const TriangleMesh* b, const Options& options, Pair* out,
                   std::size_t capacity, MeshReport* report, Stream stream) override {
     const std::size_t count = a.size() + (b ? b->size() : 0);
-    const bool in_order = options.order == Order::canonical;
-    if (!is_reserved(a, b, in_order ? capacity : 0)) throw Failure{Status::not_reserved, count};
+    if (!is_reserved(a, b, options, capacity)) throw Failure{Status::not_reserved, count};
     const CurrentDevice current(device().ordinal());
     check_stream(stream);
     AccessCheck(device().ordinal(), Status::bad_option)
@@ -144,8 +132,7 @@ class GpuMeshEngine final : public MeshEngine {
   }
 
   std::size_t held() const noexcept override {
-    return engine_.held() + workspace_.bytes() + mesh_memory_.bytes() + unordered_.bytes() +
-           sorting_.bytes() + found_.bytes();
+    return engine_.held() + workspace_.bytes() + mesh_memory_.bytes() + pairs_.bytes();
   }
 
  private:
@@ -157,8 +144,10 @@ class GpuMeshEngine final : public MeshEngine {
       throw Failure{Status::bad_option, 0, "is of another device than this MeshFinder",
                     "the stream"};
   }
-  bool is_reserved(const TriangleMesh& a, const TriangleMesh* b, std::size_t pairs) const noexcept {
-    return a.size() + (b ? b->size() : 0) <= reserved_.boxes && pairs <= pairs_reserved_ &&
+  bool is_reserved(const TriangleMesh& a, const TriangleMesh* b, const Options& options,
+                   std::size_t capacity) const noexcept {
+    return a.size() + (b ? b->size() : 0) <= reserved_.boxes &&
+           pairs_.suffices(options.order, capacity) &&
            MeshLayout(a, b).converted_vertices <= points_reserved_;
   }
   MeshWorkspace workspace() const noexcept {
@@ -194,27 +183,23 @@ class GpuMeshEngine final : public MeshEngine {
     Workspace of_boxes = reserved_;
     of_boxes.report = &w.report->search;
     const bool brute = Pipeline<Device>::brute_force(in, options.algorithm);
-    const bool in_order = options.order == Order::canonical;
     const Pipeline<Device> search(device());
     search.build(in, brute, of_boxes);
-    const device::PairSink sink{in_order ? unordered_.as<Pair>() : out, capacity, of_boxes.report};
+    const device::PairSink sink{pairs_.target(options.order, out), capacity, of_boxes.report};
     search.find(in, brute, of_boxes, sink, {}, pipeline.check());
     pipeline.end_search(sink);
-    if (in_order) {
-      device().sort(unordered_.as<Pair>(), sorting_.as<char>(), sorting_.bytes(), out, capacity,
-                    capacity, of_boxes.report, in);
-      device().mark(device::Stage::order);
-    }
+    if (options.order == Order::canonical)
+      pairs_.sort(device(), out, capacity, of_boxes.report, in);
     return in;
   }
 
   Memory memory_;
   device::Engine<Device> engine_;  // for meshes in host memory; owns the device
   cudaStream_t own_ = nullptr;     // stream of engine_
-  device::DeviceBuffer<Device> workspace_{engine_.device()}, mesh_memory_{engine_.device()},
-      unordered_{engine_.device()}, sorting_{engine_.device()}, found_{engine_.device()};
+  device::DeviceBuffer<Device> workspace_{engine_.device()}, mesh_memory_{engine_.device()};
+  PairMemory pairs_{engine_.device()};
   Workspace reserved_;  // in workspace_, for reserved_.boxes triangles
-  std::size_t points_reserved_ = 0, pairs_reserved_ = 0;
+  std::size_t points_reserved_ = 0;
   mesh::MeshDefects defects_;
   bool defects_in_second_ = false;
 };
