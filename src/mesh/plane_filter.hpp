@@ -95,9 +95,8 @@ THRONG_HD inline bool apart_at_edge(const DoubleVec3& e, const DoubleVec3& u,
   const auto opposite = [bound](double n, double m) {
     return ((n > bound) & (m > bound)) | ((n < -bound) & (m < -bound));
   };
-  return opposite(e.y * u.z - e.z * u.y, v.y * e.z - v.z * e.y) |
-         opposite(e.z * u.x - e.x * u.z, v.z * e.x - v.x * e.z) |
-         opposite(e.x * u.y - e.y * u.x, v.x * e.y - v.y * e.x);
+  const DoubleVec3 n = cross(e, u), m = cross(v, e);
+  return opposite(n.x, m.x) | opposite(n.y, m.y) | opposite(n.z, m.z);
 }
 
 // Triangles (p, a1, a2) and (p, b1, b2); u1, u2, v1, v2: the others relative to p. They are apart
