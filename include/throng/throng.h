@@ -9,7 +9,10 @@
  * Boxes and pairs follow the C++ API: boxes are closed, so touching counts; a box with lower >
  * upper on some axis overlaps nothing, or is an error with THRONG_INVERTED_REFUSE. A
  * zero-initialized struct is empty or the default (no boxes, no filter), except throng_options:
- * call throng_options_init. */
+ * call throng_options_init.
+ *
+ * ABI: two structs may grow, at their end: throng_options and throng_result. Both begin with their
+ * size. All other structs keep their layout; constants keep their values. */
 #ifndef THRONG_THRONG_H
 #define THRONG_THRONG_H
 
@@ -18,8 +21,8 @@
 
 #include <throng/export.h>
 
-/* Incremented when a struct gains a field at its end, or a function is added. */
-#define THRONG_C_VERSION 8
+/* Incremented when a struct gains a field at its end, or a function or constant is added. */
+#define THRONG_C_VERSION 9
 
 #ifdef __cplusplus
 extern "C" {
@@ -47,11 +50,11 @@ typedef enum throng_status {
   THRONG_UNSUPPORTED_ISA,
   THRONG_NO_DEVICE,
   THRONG_DEVICE_ERROR,
-  THRONG_NOT_RESERVED, /* this one and the next two are not returned by C functions */
-  THRONG_BAD_BODIES,
-  THRONG_BAD_SHAPE,
-  THRONG_BAD_ID, /* not alive, or twice in one list; see first_invalid, invalid_count */
-  THRONG_BUSY,   /* another call on the same handle is running; the result is that call's */
+  THRONG_NOT_RESERVED, /* not returned by C functions */
+  THRONG_BAD_BODIES,   /* an array of throng_update_boxes is missing, or its stride does not fit */
+  THRONG_BAD_SHAPE,    /* see first_invalid, the index of a body, and invalid_count */
+  THRONG_BAD_ID,       /* not alive, or twice in one list; see first_invalid, invalid_count */
+  THRONG_BUSY,         /* another call on the same handle is running; the result is that call's */
   THRONG_INVERTED_BOX = 20, /* lower > upper, where refused; see first_invalid, invalid_count */
   THRONG_BAD_MESH = 21 /* a missing array, an index out of range or a vertex that is not finite */
 } throng_status;
@@ -92,9 +95,12 @@ typedef struct throng_boxes {
   throng_strided is_static;   /* uint8_t: two nonzero never pair */
 } throng_boxes;
 
-/* Views without filters: of an array of boxes; of separate lower and upper corners, three floats
- * each. */
+/* Views without filters: of an array of boxes; of boxes that are fields of larger structs,
+ * `stride_bytes` apart (a multiple of 4; 0: an array of boxes); of separate lower and upper
+ * corners, three floats each. */
 THRONG_API throng_boxes throng_boxes_packed(const throng_box* boxes, size_t count);
+THRONG_API throng_boxes throng_boxes_strided(const throng_box* first, size_t count,
+                                             size_t stride_bytes);
 THRONG_API throng_boxes throng_boxes_split(const float* lower, const float* upper, size_t count);
 
 typedef struct throng_options {
@@ -125,6 +131,7 @@ typedef struct throng_options {
 THRONG_API void throng_options_init_sized(throng_options* options, size_t struct_bytes);
 
 typedef struct throng_result {
+  size_t struct_bytes; /* size in the library; a field beyond it does not exist there */
   throng_status status;
   uint64_t found;   /* number of pairs, exact even if the buffer was too small */
   uint64_t written; /* pairs written or passed to the consumer */
@@ -356,6 +363,43 @@ THRONG_API throng_status throng_find_doubles_into(throng_finder* finder,
 THRONG_API throng_status throng_consume_doubles(
     throng_finder* finder, const throng_double_boxes* a, const throng_double_boxes* b,
     int (*consumer)(void* context, const throng_pair* pairs, size_t count), void* context);
+/* A shape in body coordinates, inflated by a ball of `radius`. Zeros: a point. Sphere: a box of
+ * half extents 0; capsule: a box with one half extent. Half extents and radius may be infinite. */
+enum { THRONG_SHAPE_BOX, THRONG_SHAPE_CONVEX };
+typedef struct throng_shape {
+  uint32_t kind;                     /* one of THRONG_SHAPE_* */
+  float center[3];                   /* box */
+  float half_extents[3];             /* box; >= 0 */
+  float radius;                      /* >= 0 */
+  uint32_t first_point, point_count; /* convex: the hull of these of the points; 0 points: empty */
+} throng_shape;
+
+/* Bodies: shapes with positions and rotations. */
+typedef struct throng_bodies {
+  size_t count;
+  throng_strided position; /* float[3] */
+  throng_strided rotation; /* float[4]: a unit quaternion x, y, z, w; absent: no rotation */
+  /* float[3]; absent: none. The box covers the motion from `position` to position + displacement,
+   * as needed for continuous collision detection. */
+  throng_strided displacement;
+  throng_strided shape;  /* uint32_t: an index into `shapes`; absent: one shape per body, or one for
+                            all if shape_count is 1 */
+  throng_strided shapes; /* throng_shape */
+  size_t shape_count;
+  throng_strided points; /* float[3], of convex shapes */
+  size_t point_count;
+} throng_bodies;
+
+/* Writes the box of body i to the i-th box of `out`, boxes `stride_bytes` apart (a multiple of 4;
+ * 0: contiguous), for bodies->count boxes, inflated by `margin` >= 0. A box contains the exact one
+ * and is nearly always the tightest float box or one float larger. A position, rotation,
+ * displacement, center or point that is not finite gives a box with a NaN. A body with an invalid
+ * shape gets a box of NaN, and the call returns THRONG_BAD_SHAPE; after other errors nothing is
+ * written. Of the options, threads, executor, isa and `stoppable` are used. The pairs of the finder
+ * stay. */
+THRONG_API throng_status throng_update_boxes(throng_finder* finder, const throng_bodies* bodies,
+                                             float margin, throng_box* out, size_t stride_bytes);
+
 /* Returns the smallest float box that contains the double box; three doubles each. */
 THRONG_API throng_box throng_round_outward(const double* lower, const double* upper);
 /* Returns the smallest float box that contains [center - half_size, center + half_size]; three

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <new>
@@ -10,6 +11,7 @@
 #include <throng/find_pairs.hpp>
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
+#include <throng/update_boxes.hpp>
 #include <throng/version.hpp>
 
 #include "c_api_common.hpp"
@@ -51,6 +53,15 @@ static_assert(THRONG_ALGORITHM_GRID == static_cast<int>(Algorithm::grid) &&
               THRONG_ISA_NEON == static_cast<int>(Isa::neon));
 static_assert(sizeof(throng_box) == sizeof(Box) && sizeof(throng_pair) == sizeof(Pair) &&
               alignof(throng_pair) == alignof(Pair));
+static_assert(sizeof(throng_shape) == sizeof(Shape) &&
+              offsetof(throng_shape, center) == offsetof(Shape, center) &&
+              offsetof(throng_shape, half_extents) == offsetof(Shape, half_extents) &&
+              offsetof(throng_shape, radius) == offsetof(Shape, radius) &&
+              offsetof(throng_shape, first_point) == offsetof(Shape, first_point) &&
+              offsetof(throng_shape, point_count) == offsetof(Shape, point_count) &&
+              THRONG_SHAPE_BOX == static_cast<int>(ShapeKind::box) &&
+              THRONG_SHAPE_CONVEX == static_cast<int>(ShapeKind::convex) &&
+              sizeof(Quaternion) == 4 * sizeof(float));
 
 }  // namespace
 }  // namespace throng
@@ -122,6 +133,11 @@ throng_boxes throng_boxes_packed(const throng_box* boxes, size_t count) {
   const auto* first = reinterpret_cast<const float*>(boxes);
   return boxes_of<throng_boxes>(first, first ? first + 3 : nullptr, 6, count);
 }
+throng_boxes throng_boxes_strided(const throng_box* first, size_t count, size_t stride_bytes) {
+  throng_boxes boxes = throng_boxes_packed(first, count);
+  if (stride_bytes != 0) boxes.stride_bytes = stride_bytes;
+  return boxes;
+}
 throng_boxes throng_boxes_split(const float* lower, const float* upper, size_t count) {
   return boxes_of<throng_boxes>(lower, upper, 3, count);
 }
@@ -179,6 +195,30 @@ throng_status throng_consume_doubles(throng_finder* finder, const throng_double_
                                      const throng_double_boxes* b, ConsumerFunction consumer,
                                      void* context) {
   return consume(finder, a, b, consumer, context);
+}
+
+throng_status throng_update_boxes(throng_finder* finder, const throng_bodies* bodies, float margin,
+                                  throng_box* out, size_t stride_bytes) {
+  return throng::c_api::run_call(finder, bodies != nullptr, "bodies", [&] {
+    using throng::c_api::strided;
+    throng::Bodies b;
+    b.position = strided<throng::Vec3>(bodies->position, bodies->count);
+    b.position.count = bodies->count;  // NULL is an error, not the absence of bodies
+    b.rotation = strided<throng::Quaternion>(bodies->rotation, bodies->count);
+    b.displacement = strided<throng::Vec3>(bodies->displacement, bodies->count);
+    b.shape = strided<std::uint32_t>(bodies->shape, bodies->count);
+    b.shapes = strided<throng::Shape>(bodies->shapes, bodies->shape_count);
+    b.points = strided<throng::Vec3>(bodies->points, bodies->point_count);
+    const throng::Options& of_finder = finder->options();
+    throng::UpdateOptions options;
+    options.margin = margin;
+    options.threads = of_finder.threads;
+    options.isa = of_finder.isa;
+    options.executor = of_finder.executor;
+    options.stop = of_finder.stop;
+    return throng::update_boxes(b, reinterpret_cast<throng::Box*>(out), options,
+                                stride_bytes != 0 ? stride_bytes : sizeof(throng_box));
+  });
 }
 
 throng_box throng_round_outward(const double* lower, const double* upper) {

@@ -97,6 +97,15 @@ inline throng_options complete_options(const throng_options* options) noexcept {
   return given;
 }
 
+constexpr throng_result result_without_call(throng_status status, const char* message) noexcept {
+  throng_result r{};
+  r.struct_bytes = sizeof r;
+  r.status = status;
+  r.plan = "";
+  r.message = message;
+  return r;
+}
+
 // The base of every handle: the options converted to C++, and the result of the last call. Its
 // options point into it, so it must not be moved.
 class Handle {
@@ -212,7 +221,7 @@ class Handle {
   const char* invalid_option_ = nullptr;  // the name of an invalid option
   int invalid_value_ = 0;
   Result last_;
-  throng_result result_{THRONG_OK, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, "", "", 0, 0, 0, 0, 0, 0, 0};
+  throng_result result_ = result_without_call(THRONG_OK, "");
 };
 
 // The result for an argument value that the C++ types cannot represent.
@@ -233,29 +242,8 @@ throng_status run_call(Handle* handle, bool given, const char* name, const Call&
 }
 
 inline const throng_result* result_of(const Handle* handle) noexcept {
-  static constexpr throng_result none{
-      THRONG_OUT_OF_MEMORY,
-      0,
-      0,
-      0,
-      0,
-      0,
-      0,
-      0,
-      0,
-      0,
-      0,
-      0,
-      0,
-      "",
-      "there is no handle (NULL): there was no memory to create one",
-      0,
-      0,
-      0,
-      0,
-      0,
-      0,
-      0};
+  static constexpr throng_result none = result_without_call(
+      THRONG_OUT_OF_MEMORY, "there is no handle (NULL): there was no memory to create one");
   return handle ? &handle->result() : &none;
 }
 

@@ -76,6 +76,12 @@ TEST_F(CApi, EveryLayoutGivesTheReferencesPairs) {
   strided.stride_bytes = sizeof(Wide);
   ASSERT_EQ(throng_find(finder(), &strided, nullptr), THRONG_OK) << message();
   EXPECT_EQ(pairs(), want);
+  const auto* const first = reinterpret_cast<const throng_box*>(&wide[0].box);
+  strided = throng_boxes_strided(first, wide.size(), sizeof(Wide));
+  ASSERT_EQ(throng_find(finder(), &strided, nullptr), THRONG_OK) << message();
+  EXPECT_EQ(pairs(), want);
+  EXPECT_EQ(throng_boxes_strided(first, 1, 0).stride_bytes, sizeof(throng_box));
+  EXPECT_EQ(throng_boxes_strided(nullptr, 0, 36).corner[0], nullptr);
   strided.corner[2] = strided.corner[5] = nullptr;
   for (Box& b : flat) b.lower.z = b.upper.z = 0;
   ASSERT_EQ(throng_find(finder(), &strided, nullptr), THRONG_OK) << message();
