@@ -33,6 +33,7 @@ refused "the example lost its end" '/snippet-end/d' examples/one.cpp
 refused "a snippet names no example" '/<!-- snippet/d' README.md
 refused "a Python snippet in a subfolder differs" 's/a = 1/a = 3/' docs/how-to/deeper/python.md
 refused "a Python snippet names no example" '/<!-- snippet/d' docs/how-to/deeper/python.md
+refused "a Rust snippet names no example" 's/```cpp/```rust/; /<!-- snippet/d' README.md
 refused "a fence with another name for the language" 's/```cpp/```c++/; /<!-- snippet/d' README.md
 refused "a snippet names an absent example" 's/one.cpp/two.cpp/' README.md
 
@@ -42,4 +43,4 @@ sed -i 's/a = 2;/a = 4;/' "$tree/examples/one.cpp"
 "$check" "$tree" > /dev/null
 grep -q '^  a = 4;$' "$tree/README.md"
 grep -q '^End\.$' "$tree/README.md"
-echo "check_snippets: 9 faults refused, 1 corrected"
+echo "check_snippets: 10 faults refused, 1 corrected"
