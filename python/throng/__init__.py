@@ -25,6 +25,7 @@ import threading as _threading
 from throng import _throng, mesh
 from throng._bodies import box, capsule, convex, shape_type, sphere, update_boxes
 from throng._boxes import boxes_from_center, boxes_from_intervals
+from throng._conflict import warn_of_other_project as _warn_of_other_project
 from throng._find import Finder, find_pairs
 from throng._live import BroadPhase, BroadPhaseQuery, Filter
 from throng._scenes import (
@@ -71,6 +72,8 @@ __all__ = [
 # A forked child has none of its parent's threads.
 if hasattr(_os, "register_at_fork"):
     _os.register_at_fork(after_in_child=_throng.forget_threads)
+
+_warn_of_other_project()
 
 
 def _at_exit() -> None:
