@@ -1,6 +1,8 @@
 // Array arguments: their type, their device, and whether this call can read them.
 #include "python/arrays.hpp"
 
+#include <cmath>
+
 #include "python/device.hpp"
 #include "python/errors.hpp"
 
@@ -167,8 +169,63 @@ std::size_t row_stride(const AnyArray& a, const std::string& name, std::size_t s
               " values); give a copy: numpy.ascontiguousarray(" + name + ")");
 }
 
-AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted,
+nb::object array_of_list(nb::handle value, const std::string& name, const std::string& wanted) {
+  if (!PyList_Check(value.ptr()) && !PyTuple_Check(value.ptr())) return nb::borrow(value);
+  constexpr double exact_in_double = 9007199254740992.0;  // 2^53
+  nb::object array;
+  try {
+    array = nb::module_::import_("numpy").attr("asarray")(value);
+  } catch (const nb::python_error& error) {
+    if (!error.matches(PyExc_ValueError)) throw;
+    value_error(name + ": found " + described(value) +
+                " that makes no array: its parts differ in length; wanted " + wanted);
+  }
+  const bool is_empty = nb::cast<std::size_t>(array.attr("size")) == 0;
+  const std::string kind = nb::str(array.attr("dtype").attr("kind")).c_str();
+  if (wanted.rfind("float", 0) != 0) return is_empty ? array.attr("astype")("int64") : array;
+  if (kind != "i" && kind != "u") return array;
+  const auto extreme = [&](const char* which) {
+    return std::fabs(PyFloat_AsDouble(nb::object(array.attr(which)()).ptr()));
+  };
+  if (!is_empty && (extreme("max") >= exact_in_double || extreme("min") >= exact_in_double)) {
+    value_error(name + ": found an integer of 2**53 or more in " + described(value) +
+                ", which no float64 may equal; give float64");
+  }
+  return array.attr("astype")("float64");
+}
+
+namespace {
+
+// A row of a table of boxes or corners: one level of numbers.
+bool is_row(nb::handle value) {
+  if (PyList_Check(value.ptr()) || PyTuple_Check(value.ptr())) {
+    if (nb::len(value) == 0) return true;
+    const nb::object first = value[0];
+    return PyNumber_Check(first.ptr()) && !nb::hasattr(first, "__len__");
+  }
+  const nb::object dimensions = nb::getattr(value, "ndim", nb::none());
+  return !dimensions.is_none() && dimensions.equal(nb::int_(1));
+}
+
+}  // namespace
+
+nb::object boxes_of_lists(nb::handle value, const std::string& name) {
+  const bool is_tuple = PyTuple_Check(value.ptr());
+  if (!is_tuple && !PyList_Check(value.ptr())) return nb::borrow(value);
+  if (is_tuple && nb::len(value) == 2 && !is_row(value[0]) && !is_row(value[1])) {
+    const std::string corners = "float64 of shape (n, 3), or (n, 2) for 2-D";
+    return nb::make_tuple(array_of_list(value[0], name + "[0]", corners),
+                          array_of_list(value[1], name + "[1]", corners));
+  }
+  const nb::object array = array_of_list(
+      value, name, "float64 of shape (n, 6) or (n, 2, 3), for 2-D (n, 4) or (n, 2, 2)");
+  if (nb::len(value) != 0) return array;
+  return array.attr("reshape")(0, 6);
+}
+
+AnyArray import_array(nb::handle given, const std::string& name, const std::string& wanted,
                       ArrayDevice* array_device) {
+  const nb::object value = array_of_list(given, name, wanted);
   const Where where = device_of(value, name);
   const bool is_capsule = PyCapsule_CheckExact(value.ptr());
   require_unmasked(value, name);
@@ -202,16 +259,13 @@ std::string described(const AnyArray& a) { return type_text(a) + " of shape " + 
 
 bool is_float32(const AnyArray& a) noexcept { return a.dtype() == nb::dtype<float>(); }
 
-Rounding rounding_of(nb::handle round, bool allows_exact) {
-  if (round.is_none()) return Rounding::none;
+Rounding rounding_of(nb::handle round) {
   const auto is = [&](const char* text) {
     return PyUnicode_Check(round.ptr()) && PyUnicode_CompareWithASCIIString(round.ptr(), text) == 0;
   };
+  if (is("exact")) return Rounding::exact;
   if (is("outward")) return Rounding::outward;
-  if (is("exact") && allows_exact) return Rounding::exact;
-  value_error(
-      "round: found " + described(round) + ", wanted None" +
-      (allows_exact ? ", 'outward' or 'exact'" : " or 'outward': float32 is made of these boxes"));
+  value_error("round: found " + described(round) + ", wanted 'exact' or 'outward'");
 }
 
 }  // namespace throng::python

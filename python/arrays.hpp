@@ -40,6 +40,11 @@ struct ArrayDevice {
 // "float32 of shape (n, 6)".
 AnyArray import_array(nb::handle value, const std::string& name, const std::string& wanted,
                       ArrayDevice* array_device = nullptr);
+// A list or tuple as a NumPy array; any other value as it is. `wanted` as above: where it begins
+// with "float", integers become float64.
+nb::object array_of_list(nb::handle value, const std::string& name, const std::string& wanted);
+// Boxes given as lists or tuples as arrays: of a tuple (lower, upper) a tuple of two.
+nb::object boxes_of_lists(nb::handle value, const std::string& name);
 // "float32 of shape (5, 6)"
 std::string described(const AnyArray& array);
 bool is_float32(const AnyArray& array) noexcept;
@@ -51,8 +56,8 @@ std::size_t row_stride(const AnyArray& array, const std::string& name,
 
 // The handling of float64: exact float32 only, rounded to float32 that contain it, or kept.
 enum class Rounding : std::uint8_t { none, outward, exact };
-// ValueError for any other, and for 'exact' where only float32 is supported.
-Rounding rounding_of(nb::handle round, bool allows_exact);
+// Of 'exact' or 'outward'; a ValueError for any other.
+Rounding rounding_of(nb::handle round);
 
 // One corner of each box, in an array whose first index is the box.
 struct CornerArray {
@@ -63,12 +68,14 @@ struct CornerArray {
   std::size_t first_column = 0;  // of the corner, if corners share a row
 };
 
-// Boxes as given, (n, 6), (n, 2, 3), 2-D (n, 4), (n, 2, 2), or (lower, upper), and the objects that
-// keep the view valid.
+// Boxes as given, (n, 6), (n, 2, 3), 2-D (n, 4), (n, 2, 2), (lower, upper), or lists of these, and
+// the objects that keep the view valid.
 class BoxArray {
  public:
   BoxArray(nb::handle value, const std::string& name, Rounding rounding,
            ArrayDevice* array_device = nullptr);
+  // The same, or one box: (6,), or (4,) for 2-D.
+  static BoxArray one_or_more(nb::handle value, const std::string& name, Rounding rounding);
 
   // Exactly one of the two views holds the boxes: doubles() if they stay float64, by
   // Rounding::exact.
@@ -90,6 +97,8 @@ class BoxArray {
   // Makes the view, of values without a copy, or of converted float64.
   void show(const CornerArray& lower, const CornerArray& upper, const std::string& wanted,
             Rounding rounding);
+  template <class Value>
+  void keep_doubles(const std::string& name, const Value& value, std::size_t n);
 
   Boxes view_;
   DoubleBoxes doubles_;
@@ -102,8 +111,9 @@ class BoxArray {
   KeepAlive filters_;
 };
 
-// One value of T per box, or per `element`: the array itself if it has that type, else converted
-// values, which must fit; no conversion on a GPU. Objects in `kept` must outlive the view.
+// One value of T per box, or per `element`, or one for all: the array itself if it has that type,
+// else converted values, which must fit; no conversion on a GPU. Objects in `kept` must outlive the
+// view.
 template <class T>
 Strided<T> import_values(nb::handle value, const std::string& name, std::size_t count,
                          KeepAlive& kept, ArrayDevice* array_device = nullptr,
@@ -131,8 +141,10 @@ nb::object numpy_rows(const T* from, std::size_t count, std::size_t columns) {
 template <class T>
 Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t count,
                        KeepAlive& kept);
-// The same for directions, each of `dimensions` or three values; a missing z is 0.
+// The same for directions, each of `dimensions` or three values; a missing z is 0. float64 is
+// rounded to the nearest float32; the rest, float64 less float32, goes to `rest` if any is not 0.
 Strided<Vec3> import_directions(nb::handle value, const std::string& name, std::size_t count,
-                                unsigned dimensions, KeepAlive& kept);
+                                unsigned dimensions, KeepAlive& kept,
+                                std::unique_ptr<DoubleVec3[]>& rest);
 
 }  // namespace throng::python

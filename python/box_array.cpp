@@ -72,9 +72,8 @@ bool is_float64(const AnyArray& a, const std::string& name, const std::string& w
   if (is_float32(a)) return false;
   if (a.dtype() == nb::dtype<double>()) return true;
   type_error(name + ": found " + described(a) + ", wanted " + wanted +
-             " (float64 where each value is a float32, or with round='outward' or 'exact'); if "
-             "nothing is lost by it, " +
-             name + ".astype(numpy.float32), of a PyTorch tensor " + name + ".float(), makes that");
+             " or float64; if nothing is lost by it, " + name +
+             ".astype(numpy.float32), of a PyTorch tensor " + name + ".float(), makes that");
 }
 
 // `count` rows of 2 d contiguous values.
@@ -109,14 +108,28 @@ BasicBoxes<Real> in_place_view(const CornerArray& lower, const CornerArray& uppe
   return View::arrays(p[0], p[1], p[2], p[3], p[4], p[5], count, stride);
 }
 
+bool is_readable_in_place(const CornerArray& lower, const CornerArray& upper) {
+  const AnyArray &a = lower.array, &b = upper.array;
+  return a.shape(0) <= 1 || (a.stride(0) >= 0 && a.stride(0) == b.stride(0));
+}
+
 }  // namespace
 
-BoxArray::BoxArray(nb::handle value, const std::string& name, Rounding rounding, ArrayDevice* place)
+BoxArray::BoxArray(nb::handle given, const std::string& name, Rounding rounding, ArrayDevice* place)
     : array_device_(place) {
+  const nb::object value = boxes_of_lists(given, name);
   if (PyTuple_Check(value.ptr()))
     import_lower_upper(value, name, rounding);
   else
     import_array_of_boxes(value, name, rounding);
+}
+
+BoxArray BoxArray::one_or_more(nb::handle given, const std::string& name, Rounding rounding) {
+  nb::object value = boxes_of_lists(given, name);
+  const nb::object dimensions = nb::getattr(value, "ndim", nb::none());
+  if (!dimensions.is_none() && dimensions.equal(nb::int_(1)) && nb::hasattr(value, "reshape"))
+    value = value.attr("reshape")(1, -1);
+  return {value, name, rounding};
 }
 
 void BoxArray::import_array_of_boxes(nb::handle value, const std::string& name, Rounding rounding) {
@@ -174,6 +187,23 @@ void BoxArray::import_lower_upper(nb::handle pair, const std::string& name, Roun
        rounding);
 }
 
+// `value(i, k)`: coordinate k of 2 d of box i.
+template <class Value>
+void BoxArray::keep_doubles(const std::string& name, const Value& value, std::size_t n) {
+  const unsigned d = dimensions_;
+  widened_.reset(new (std::nothrow) double[2 * d * n]);
+  if (!widened_) {
+    memory_error(name + ": no memory for " + std::to_string(16 * d * n) + " bytes of float64");
+  }
+  {
+    const Unlocked unlocked;
+    double* out = widened_.get();
+    for (std::size_t i = 0; i < n; ++i)
+      for (unsigned k = 0; k < 2 * d; ++k) *out++ = value(i, k);
+  }
+  doubles_ = rows_of(widened_.get(), n, d);
+}
+
 void BoxArray::show(const CornerArray& lower, const CornerArray& upper, const std::string& wanted,
                     Rounding rounding) {
   const bool given_double = is_float64(lower.array, lower.name, wanted);
@@ -191,8 +221,15 @@ void BoxArray::show(const CornerArray& lower, const CornerArray& upper, const st
   if (count == 0) return;
   require_aligned(lower.array, lower.name, given_double ? 8 : 4);
   require_aligned(upper.array, upper.name, given_double ? 8 : 4);
-  if (is_double_) {
+  if (is_double_ && is_readable_in_place(lower, upper)) {
     doubles_ = in_place_view<double>(lower, upper, d);
+  } else if (is_double_) {
+    keep_doubles(
+        lower.name,
+        [l = table_of(lower), u = table_of(upper), d](std::size_t i, unsigned k) {
+          return k < d ? l(i, k) : u(i, k - d);
+        },
+        count);
   } else if (given_double) {
     converted_.reset(new (std::nothrow) float[2 * d * count]);
     if (!converted_) {
@@ -210,9 +247,7 @@ void BoxArray::show(const CornerArray& lower, const CornerArray& upper, const st
       std::snprintf(number, sizeof number, "%.17g", bad->value);
       value_error(corner.name + ": the float64 at [" + std::to_string(bad->row) + ", " +
                   corner.index + std::to_string(bad->column + corner.first_column) + "] is " +
-                  number +
-                  ", which no float32 equals; pass round='exact' or 'outward' to a search, or give "
-                  "float32");
+                  number + ", which no float32 equals; give float32, rounded as you choose");
     }
     view_ = rows_of(converted_.get(), count, d);
   } else {
@@ -221,19 +256,10 @@ void BoxArray::show(const CornerArray& lower, const CornerArray& upper, const st
 }
 
 void BoxArray::widen(const std::string& name) {
-  const std::size_t n = view_.size();
   const unsigned d = dimensions_;
-  widened_.reset(new (std::nothrow) double[2 * d * n]);
-  if (!widened_) {
-    memory_error(name + ": no memory for " + std::to_string(16 * d * n) + " bytes of float64");
-  }
-  {
-    const Unlocked unlocked;
-    double* out = widened_.get();
-    for (std::size_t i = 0; i < n; ++i)
-      for (unsigned k = 0; k < 2 * d; ++k) *out++ = view_.corner(i, k < d ? k : 3 + k - d);
-  }
-  doubles_ = rows_of(widened_.get(), n, d);
+  keep_doubles(
+      name, [this, d](std::size_t i, unsigned k) { return view_.corner(i, k < d ? k : 3 + k - d); },
+      view_.size());
   doubles_.filters = view_.filters;
   is_double_ = true;
 }

@@ -25,6 +25,8 @@ std::string in_python(std::string text) {
       {"treat them as inactive by Options::nan", "pass nan='inactive'"},
       {"set Options::inverted to inactive", "pass inverted='inactive'"},
       {"box_from_center(center, size / 2)", "throng.boxes_from_center(center, size)"},
+      {"boxes of doubles are searched on the CPU alone; set backend to cpu or automatic",
+       "boxes of float64 are searched on the CPU alone; pass round='outward', or backend='cpu'"},
       {"MeshFinder::consume", "throng.mesh.Finder.consume"},
       {"Finder::consume", "Finder.consume"},
       {"Options::memory_cap_bytes", "memory_cap"},

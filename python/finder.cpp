@@ -38,11 +38,6 @@ std::size_t FinderObject::memory_bytes() const {
 }
 
 Explanation FinderObject::explain(const BoxArray& a, const BoxArray* b) {
-  if (rounding_ == Rounding::exact) {
-    value_error(
-        "round: found 'exact', and only searches of float32 are explained; take a Finder with "
-        "round='outward'");
-  }
   const PairSearch::Guard busy(search_);
   require_same_dimensions(a, b);
   Explanation explanation;

@@ -25,7 +25,7 @@ class FinderObject {
   nb::object find(const BoxArray& a, const BoxArray* b, const ArrayDevice& array_device,
                   bool to_host);
   void consume(const BoxArray& a, const BoxArray* b, nb::handle callback);
-  // ValueError for Rounding::exact.
+  // Of float32 alone.
   Explanation explain(const BoxArray& a, const BoxArray* b);
 
   Rounding rounding() const noexcept { return rounding_; }

@@ -1,8 +1,10 @@
 // BroadPhase: persistent objects.
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -13,6 +15,7 @@
 
 #include <throng/broad_phase.hpp>
 #include <throng/broad_phase_query.hpp>
+#include <throng/find_pairs.hpp>
 
 #include "python/arrays.hpp"
 #include "python/errors.hpp"
@@ -37,11 +40,30 @@ Filters filters_of(const nb::tuple& f, std::size_t n, KeepAlive& kept) {
 // Boxes with filters, for an overlap query.
 struct QueryBoxes {
   BoxArray boxes;
-  QueryBoxes(nb::handle given, const nb::tuple& f) : boxes(given, "boxes", Rounding::none) {
+  QueryBoxes(nb::handle given, const nb::tuple& f)
+      : boxes(BoxArray::one_or_more(given, "boxes", Rounding::outward)) {
     boxes.set_filters("", f[0], f[1], f[2], f[3], f[4]);
   }
   bool is_long() const noexcept { return boxes.size() >= long_from; }
 };
+
+// The smallest float box that contains `box`, extended by `rest`: it moves by a float vector where
+// the given one moves by that and `rest`, and is never inside the box that contains it.
+Box extended(const Box& box, const DoubleVec3& rest) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const double lost[3] = {rest.x, rest.y, rest.z};
+  const float lower[3] = {box.lower.x, box.lower.y, box.lower.z};
+  const float upper[3] = {box.upper.x, box.upper.y, box.upper.z};
+  double l[3], u[3];
+  for (int k = 0; k < 3; ++k) {
+    if (lower[k] > upper[k]) return box;  // inactive: it stays so
+    l[k] = lower[k], u[k] = upper[k];
+    // The sums are rounded; the next double is on the safe side.
+    if (lost[k] < 0) l[k] = std::nextafter(l[k] + lost[k], -infinity);
+    if (lost[k] > 0) u[k] = std::nextafter(u[k] + lost[k], infinity);
+  }
+  return round_outward(l, u);
+}
 
 // Swept boxes with filters, for a ray or shape cast.
 struct QuerySweeps {
@@ -53,12 +75,16 @@ struct QuerySweeps {
   std::unique_ptr<Sweep[]> sweeps;
 
   QuerySweeps(nb::handle given, nb::handle by, nb::handle wanted, const nb::tuple& f)
-      : boxes(given, "boxes", Rounding::none), which(hits_of(wanted)), count(boxes.size()) {
-    const Strided<Vec3> ways = import_directions(by, "by", count, boxes.dimensions(), kept);
+      : boxes(given, "boxes", Rounding::outward), which(hits_of(wanted)), count(boxes.size()) {
+    std::unique_ptr<DoubleVec3[]> rest;
+    const Strided<Vec3> ways = import_directions(by, "by", count, boxes.dimensions(), kept, rest);
     filters = filters_of(f, count, kept);
     sweeps.reset(new (std::nothrow) Sweep[count + 1]);
     if (!sweeps) memory_error("no memory for " + std::to_string(count) + " sweeps of 36 bytes");
-    for (std::size_t i = 0; i < count; ++i) sweeps[i] = {boxes.view()[i], ways[i]};
+    for (std::size_t i = 0; i < count; ++i) {
+      const Box box = boxes.view()[i];
+      sweeps[i] = {rest ? extended(box, rest[i]) : box, ways[i]};
+    }
   }
   bool is_long() const noexcept { return count >= long_from / 8; }
 };
@@ -80,6 +106,69 @@ nb::object hit_arrays(const SweepHitList& hits) {
   return nb::make_tuple(numpy_array(std::move(pairs), {m, 2}), numpy_array(std::move(times), {m}));
 }
 
+// Queries of one thread at a time; any number of these may query one BroadPhase at once.
+class QueryObject {
+ public:
+  explicit QueryObject(Options options) {
+    options.stop = &stop_;
+    query_ = BroadPhaseQuery(options);
+  }
+  QueryObject(nb::handle nan, nb::handle inverted, nb::handle threads, nb::handle isa)
+      : QueryObject(options_of(nan, inverted, threads, isa)) {}
+
+  nb::object find_overlaps(const BroadPhase& objects, const QueryBoxes& query) {
+    nb::object found;
+    call(
+        query.is_long(), [&] { return query_.find_overlaps(objects, query.boxes.view()); },
+        [&] { found = pair_array(query_.overlaps()); });
+    return found;
+  }
+
+  nb::object find_hits(const BroadPhase& objects, const QuerySweeps& query) {
+    nb::object found;
+    call(
+        query.is_long(),
+        [&] {
+          return query_.find_hits(objects, query.sweeps.get(), query.count, query.which,
+                                  query.filters);
+        },
+        [&] { found = hit_arrays(query_.hits()); });
+    return found;
+  }
+
+ private:
+  static Options options_of(nb::handle nan, nb::handle inverted, nb::handle threads,
+                            nb::handle isa) {
+    Options o;
+    o.nan = nan_of(nan);
+    o.inverted = inverted_of(inverted);
+    o.threads = threads_of(threads);
+    o.isa = isa_of(isa);
+    o.executor = &executor();
+    return o;
+  }
+
+  template <class F, class Then>
+  void call(bool is_long, const F& body, const Then& then) {
+    if (busy_.exchange(true)) {
+      throw std::runtime_error(
+          "this BroadPhaseQuery is in use by another thread; give each thread its own");
+    }
+    struct End {
+      std::atomic<bool>& busy;
+      ~End() { busy = false; }
+    } end{busy_};
+    Result result;
+    stop_ = false;
+    run_unlocked(is_long, stop_, [&] { result = body(); });
+    require_ok(result);
+    then();
+  }
+
+  BroadPhaseQuery query_;
+  std::atomic<bool> stop_{false}, busy_{false};
+};
+
 class LiveObject {
  public:
   LiveObject(nb::handle margin, nb::handle nan, nb::handle inverted, nb::handle threads,
@@ -95,7 +184,7 @@ class LiveObject {
     live_ = BroadPhase(o);
   }
   LiveObject(const LiveObject& other) {
-    other.alone([&] {
+    other.together([&] {
       Options o = other.live_.options();
       o.stop = &stop_;
       live_ = BroadPhase(o);
@@ -106,7 +195,7 @@ class LiveObject {
   }
 
   nb::object add(nb::handle boxes, const nb::tuple& f) {
-    BoxArray given(boxes, "boxes", Rounding::none);
+    BoxArray given = BoxArray::one_or_more(boxes, "boxes", Rounding::outward);
     given.set_filters("", f[0], f[1], f[2], f[3], f[4]);
     const std::size_t n = given.size();
     auto ids = std::make_unique<ObjectId[]>(std::max<std::size_t>(n, 1));
@@ -121,7 +210,7 @@ class LiveObject {
 
   void move(nb::handle ids, nb::handle boxes) {
     const Ids list(ids);
-    const BoxArray given(boxes, "boxes", Rounding::none);
+    const BoxArray given = BoxArray::one_or_more(boxes, "boxes", Rounding::outward);
     if (given.size() != list.size()) {
       value_error("boxes: found " + std::to_string(given.size()) + " boxes for " +
                   std::to_string(list.size()) + " ids; give one per box");
@@ -130,7 +219,7 @@ class LiveObject {
   }
 
   void move_all(nb::handle boxes) {
-    const BoxArray given(boxes, "boxes", Rounding::none);
+    const BoxArray given(boxes, "boxes", Rounding::outward);
     change(given.size(), [&] { return live_.move_all(given.view()); });
   }
 
@@ -153,50 +242,63 @@ class LiveObject {
 
   // (m, 3): first, second, slot.
   nb::object begun() const {
-    return live_pairs_array([&] { return live_.begun(); });
+    return read([](const BroadPhase& live) { return live_pairs_array(live.begun()); });
   }
   nb::object ended() const {
-    return live_pairs_array([&] { return live_.ended(); });
+    return read([](const BroadPhase& live) { return live_pairs_array(live.ended()); });
   }
   nb::object pairs() {
-    return live_pairs_array([&] { return live_.pairs(); });
+    nb::object found;
+    alone([&] { found = live_pairs_array(live_.pairs()); });  // sorts them on demand
+    return found;
   }
 
   nb::object pairs_of(nb::handle id) const {
     const auto index = static_cast<ObjectId>(parse_integer(id, "id", 0xffffffffu));
-    std::vector<LivePair> pairs;
-    return live_pairs_array([&] {
-      pairs.resize(live_.pairs_of(index, nullptr, 0));
-      live_.pairs_of(index, pairs.data(), pairs.size());
-      return LivePairs{pairs.data(), pairs.size()};
+    return read([index](const BroadPhase& live) {
+      std::vector<LivePair> pairs(live.pairs_of(index, nullptr, 0));
+      live.pairs_of(index, pairs.data(), pairs.size());
+      return live_pairs_array({pairs.data(), pairs.size()});
     });
   }
 
-  nb::object find_overlaps(nb::handle boxes, const nb::tuple& f) {
-    const QueryBoxes query(boxes, f);
+  // Queries may run together, each by a query object of its own.
+  template <class Call>
+  nb::object query(const Call& call) const {
     nb::object found;
-    call(
-        query.is_long(), [&] { return live_.find_overlaps(query.boxes.view()); },
-        [&] { found = pair_array(live_.overlaps()); });
+    together([&] {
+      std::unique_ptr<QueryObject> one;
+      if (free_queries_.empty()) {
+        one = std::make_unique<QueryObject>(live_.options());
+      } else {
+        one = std::move(free_queries_.back());
+        free_queries_.pop_back();
+      }
+      struct End {
+        std::unique_ptr<QueryObject>& one;
+        std::vector<std::unique_ptr<QueryObject>>& free;
+        ~End() { free.push_back(std::move(one)); }
+      } end{one, free_queries_};
+      found = call(*one, live_);
+    });
     return found;
   }
 
-  nb::object find_hits(nb::handle boxes, nb::handle by, nb::handle which, const nb::tuple& f) {
-    const QuerySweeps query(boxes, by, which, f);
-    nb::object found;
-    call(
-        query.is_long(),
-        [&] {
-          return live_.find_hits(query.sweeps.get(), query.count, query.which, query.filters);
-        },
-        [&] { found = hit_arrays(live_.hits()); });
-    return found;
+  nb::object find_overlaps(nb::handle boxes, const nb::tuple& f) const {
+    const QueryBoxes given(boxes, f);
+    return query([&](QueryObject& q, const BroadPhase& b) { return q.find_overlaps(b, given); });
+  }
+
+  nb::object find_hits(nb::handle boxes, nb::handle by, nb::handle which,
+                       const nb::tuple& f) const {
+    const QuerySweeps given(boxes, by, which, f);
+    return query([&](QueryObject& q, const BroadPhase& b) { return q.find_hits(b, given); });
   }
 
   bool is_alive(nb::handle id) const {
     const auto index = static_cast<ObjectId>(parse_integer(id, "id", 0xffffffffu));
     bool alive = false;
-    alone([&] { alive = live_.is_alive(index); });
+    together([&] { alive = live_.is_alive(index); });
     return alive;
   }
 
@@ -211,12 +313,17 @@ class LiveObject {
     return nb::make_tuple(f.group, f.mask, f.owner, f.world, f.is_static != 0);
   }
 
-  // For a QueryObject: the library itself refuses conflicting calls.
-  const BroadPhase& objects() const noexcept { return live_; }
+  // For calls that only read.
+  template <class Call>
+  nb::object read(const Call& call) const {
+    nb::object found;
+    together([&] { found = call(live_); });
+    return found;
+  }
 
   std::uint64_t number(std::uint64_t (BroadPhase::*of)() const noexcept) const {
     std::uint64_t value = 0;
-    alone([&] { value = (live_.*of)(); });
+    together([&] { value = (live_.*of)(); });
     return value;
   }
 
@@ -225,12 +332,17 @@ class LiveObject {
   class Ids {
    public:
     explicit Ids(nb::handle value) {
-      const std::string wanted = "uint32 of shape (n,)";
+      const std::string wanted = "uint32 of shape (n,), or one id";
       if (value.is_none()) type_error("ids: found None, wanted " + wanted);
-      const AnyArray array = import_array(value, "ids", wanted);
-      if (array.ndim() != 1) value_error("ids: found " + described(array) + ", wanted " + wanted);
-      values_ = import_values<ObjectId>(value, "ids", array.shape(0), kept_);
-      if (values_.count == 0 || values_.stride_bytes == sizeof(ObjectId)) return;
+      std::size_t count = 1;
+      if (!PyLong_Check(value.ptr()) &&
+          !nb::getattr(value, "ndim", nb::none()).equal(nb::int_(0))) {
+        const AnyArray array = import_array(value, "ids", wanted);
+        if (array.ndim() != 1) value_error("ids: found " + described(array) + ", wanted " + wanted);
+        count = array.shape(0);
+      }
+      values_ = import_values<ObjectId>(value, "ids", count, kept_);
+      if (count <= 1 || values_.stride_bytes == sizeof(ObjectId)) return;
       copy_ = std::make_unique<ObjectId[]>(values_.count);
       for (std::size_t i = 0; i < values_.count; ++i) copy_[i] = values_[i];
     }
@@ -249,7 +361,7 @@ class LiveObject {
     const auto index = static_cast<ObjectId>(parse_integer(id, "id", 0xffffffffu));
     Value value;
     bool alive = false;
-    alone([&] {
+    together([&] {
       alive = live_.is_alive(index);
       if (alive) value = (live_.*of)(index);
     });
@@ -261,14 +373,33 @@ class LiveObject {
 
   // Excludes calls from other threads.
   void alone(const std::function<void()>& body) const {
-    if (busy_.exchange(true)) {
+    int nobody = 0;
+    if (!users_.compare_exchange_strong(nobody, exclusive)) {
       throw std::runtime_error(
-          "this BroadPhase is in use by another thread; make one call at a time");
+          nobody == exclusive
+              ? "this BroadPhase is in use by another thread; make one call at a time"
+              : "this BroadPhase is queried by another thread; change it between queries");
     }
     struct End {
-      std::atomic<bool>& busy;
-      ~End() { busy = false; }
-    } end{busy_};
+      std::atomic<int>& users;
+      ~End() { users = 0; }
+    } end{users_};
+    body();
+  }
+
+  // Excludes calls of alone() from other threads.
+  void together(const std::function<void()>& body) const {
+    int users = users_;
+    do {
+      if (users == exclusive) {
+        throw std::runtime_error(
+            "this BroadPhase is being changed by another thread; query it between changes");
+      }
+    } while (!users_.compare_exchange_weak(users, users + 1));
+    struct End {
+      std::atomic<int>& users;
+      ~End() { --users; }
+    } end{users_};
     body();
   }
 
@@ -290,80 +421,17 @@ class LiveObject {
     call(false, body, [&] { changed_count_ += count; });
   }
 
-  nb::object live_pairs_array(const std::function<LivePairs()>& pairs) const {
-    nb::object array;
-    alone([&] {
-      const LivePairs view = pairs();
-      array = numpy_rows<std::uint32_t>(view.data(), view.size(), 3);
-    });
-    return array;
+  static nb::object live_pairs_array(const LivePairs& pairs) {
+    return numpy_rows<std::uint32_t>(pairs.data(), pairs.size(), 3);
   }
 
   BroadPhase live_;
   Result result_;
   std::size_t changed_count_ = 0;  // objects named by calls since the last update
   std::atomic<bool> stop_{false};
-  mutable std::atomic<bool> busy_{false};
-};
-
-// Queries of one thread; any number of these may query one BroadPhase at once.
-class QueryObject {
- public:
-  QueryObject(nb::handle nan, nb::handle inverted, nb::handle threads, nb::handle isa) {
-    Options o;
-    o.nan = nan_of(nan);
-    o.inverted = inverted_of(inverted);
-    o.threads = threads_of(threads);
-    o.isa = isa_of(isa);
-    o.executor = &executor();
-    o.stop = &stop_;
-    query_ = BroadPhaseQuery(o);
-  }
-
-  nb::object find_overlaps(const LiveObject& objects, nb::handle boxes, const nb::tuple& f) {
-    const QueryBoxes query(boxes, f);
-    nb::object found;
-    call(
-        query.is_long(),
-        [&] { return query_.find_overlaps(objects.objects(), query.boxes.view()); },
-        [&] { found = pair_array(query_.overlaps()); });
-    return found;
-  }
-
-  nb::object find_hits(const LiveObject& objects, nb::handle boxes, nb::handle by, nb::handle which,
-                       const nb::tuple& f) {
-    const QuerySweeps query(boxes, by, which, f);
-    nb::object found;
-    call(
-        query.is_long(),
-        [&] {
-          return query_.find_hits(objects.objects(), query.sweeps.get(), query.count, query.which,
-                                  query.filters);
-        },
-        [&] { found = hit_arrays(query_.hits()); });
-    return found;
-  }
-
- private:
-  template <class F, class Then>
-  void call(bool is_long, const F& body, const Then& then) {
-    if (busy_.exchange(true)) {
-      throw std::runtime_error(
-          "this BroadPhaseQuery is in use by another thread; give each thread its own");
-    }
-    struct End {
-      std::atomic<bool>& busy;
-      ~End() { busy = false; }
-    } end{busy_};
-    Result result;
-    stop_ = false;
-    run_unlocked(is_long, stop_, [&] { result = body(); });
-    require_ok(result);
-    then();
-  }
-
-  BroadPhaseQuery query_;
-  std::atomic<bool> stop_{false}, busy_{false};
+  static constexpr int exclusive = -1;
+  mutable std::atomic<int> users_{0};  // the number of calls of together(), or `exclusive`
+  mutable std::vector<std::unique_ptr<QueryObject>> free_queries_;  // by the interpreter's lock
 };
 
 }  // namespace
@@ -401,10 +469,24 @@ void bind_live(nb::module_& m) {
   nb::class_<QueryObject>(m, "BroadPhaseQuery")
       .def(nb::init<nb::handle, nb::handle, nb::handle, nb::handle>(), nb::arg("nan").none(),
            nb::arg("inverted").none(), nb::arg("threads").none(), nb::arg("isa").none())
-      .def("find_overlaps", &QueryObject::find_overlaps, nb::arg("objects"),
-           nb::arg("boxes").none(), nb::arg("filters"))
-      .def("find_hits", &QueryObject::find_hits, nb::arg("objects"), nb::arg("boxes").none(),
-           nb::arg("by").none(), nb::arg("which").none(), nb::arg("filters"));
+      .def(
+          "find_overlaps",
+          [](QueryObject& self, const LiveObject& objects, nb::handle boxes, const nb::tuple& f) {
+            const QueryBoxes given(boxes, f);
+            return objects.read(
+                [&](const BroadPhase& live) { return self.find_overlaps(live, given); });
+          },
+          nb::arg("objects"), nb::arg("boxes").none(), nb::arg("filters"))
+      .def(
+          "find_hits",
+          [](QueryObject& self, const LiveObject& objects, nb::handle boxes, nb::handle by,
+             nb::handle which, const nb::tuple& f) {
+            const QuerySweeps given(boxes, by, which, f);
+            return objects.read(
+                [&](const BroadPhase& live) { return self.find_hits(live, given); });
+          },
+          nb::arg("objects"), nb::arg("boxes").none(), nb::arg("by").none(),
+          nb::arg("which").none(), nb::arg("filters"));
 }
 
 }  // namespace throng::python

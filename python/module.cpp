@@ -65,7 +65,7 @@ void init_finder(FinderObject* self, nb::handle order, nb::handle algorithm, nb:
   o.margin = margin_of(margin);
   o.threads = threads_of(threads);
   o.memory_cap_bytes = bytes_of(memory_cap, "memory_cap");
-  new (self) FinderObject(o, rounding_of(round, true), once);
+  new (self) FinderObject(o, rounding_of(round), once);
 }
 
 void bind_finder(nb::module_& m) {
@@ -99,7 +99,7 @@ void bind_finder(nb::module_& m) {
           "explain",
           [](FinderObject& self, nb::handle boxes, nb::handle other, const nb::tuple& filters,
              const nb::tuple& other_filters) {
-            const Sets s = sets_of(boxes, other, filters, other_filters, self.rounding());
+            const Sets s = sets_of(boxes, other, filters, other_filters, Rounding::outward);
             return self.explain(*s.a, s.b.get());
           },
           nb::arg("boxes").none(), nb::arg("other").none(), nb::arg("filters"),
@@ -122,6 +122,10 @@ NB_MODULE(_throng, m) {
   bind_live(m);
   bind_mesh(m);
   bind_contact(m);
+  m.def(
+      "boxes_of_lists",
+      [](nb::handle boxes, const std::string& name) { return boxes_of_lists(boxes, name); },
+      nb::arg("boxes").none(), nb::arg("name"));
   m.def("forget_threads", forget_threads);
   m.def("expect_leaks", [] { nb::set_leak_warnings(false); });
 }

@@ -100,7 +100,12 @@ nb::object scene_worlds(const std::string& name, nb::handle objects) {
 }
 
 nb::object load_boxes(const std::string& path, nb::handle round) {
-  const bool outward = rounding_of(round, false) == Rounding::outward;
+  const bool outward =
+      PyUnicode_Check(round.ptr()) && PyUnicode_CompareWithASCIIString(round.ptr(), "outward") == 0;
+  if (!outward && !round.is_none()) {
+    value_error("round: found " + described(round) +
+                ", wanted None or 'outward': the boxes of a file become float32");
+  }
   scenes::BoxFile file;
   try {
     const Unlocked unlocked;

@@ -61,6 +61,29 @@ ConversionError convert_any(const AnyArray& a, T* out, bool& known) {
   return {};
 }
 
+// An integer, or an array without dimensions that holds one.
+nb::object one_value(nb::handle value) {
+  if (PyLong_Check(value.ptr())) return nb::borrow(value);
+  const nb::object dimensions = nb::getattr(value, "ndim", nb::none());
+  if (dimensions.is_none() || !dimensions.equal(nb::int_(0)) || !nb::hasattr(value, "item"))
+    return {};
+  return value.attr("item")();
+}
+
+template <class T>
+T fitting_value(nb::handle value, const std::string& name, const std::string& wanted) {
+  if (!PyLong_Check(value.ptr()))
+    type_error(name + ": found " + described(value) + ", wanted an integer, or " + wanted);
+  int overflow = 0;
+  const long long number = PyLong_AsLongLongAndOverflow(value.ptr(), &overflow);
+  constexpr long long least = std::numeric_limits<T>::min(), most = std::numeric_limits<T>::max();
+  if (overflow || number < least || number > most) {
+    value_error(name + ": found " + described(value) + ", wanted " + std::to_string(least) +
+                " to " + std::to_string(most));
+  }
+  return static_cast<T>(number);
+}
+
 struct Inexact {
   std::size_t row, column;
   double value;
@@ -113,6 +136,16 @@ Strided<T> import_values(nb::handle value, const std::string& name, std::size_t 
   if (value.is_none()) return {};
   const std::string wanted = std::string(type_name<T>()) + " of shape (" + std::to_string(count) +
                              ",), one value per " + element;
+  if (const nb::object one = one_value(value); one.is_valid()) {
+    auto single = std::make_shared<T>(fitting_value<T>(one, name, wanted));
+    if (array_device && array_device->on_gpu) {
+      type_error(name + ": found one value for boxes on " + array_device->name() + ", wanted " +
+                 wanted + ", there");
+    }
+    kept.push_back(single);
+    if (count == 0) return {};
+    return {single.get(), count, 0};
+  }
   AnyArray a = import_array(value, name, wanted, array_device);
   if (a.ndim() != 1 || a.shape(0) != count) {
     value_error(name + ": found " + described(a) + ", wanted " + wanted);
@@ -205,21 +238,51 @@ Strided<T> import_rows(nb::handle value, const std::string& name, std::int64_t c
 }
 
 Strided<Vec3> import_directions(nb::handle value, const std::string& name, std::size_t count,
-                                unsigned dimensions, KeepAlive& kept) {
+                                unsigned dimensions, KeepAlive& kept,
+                                std::unique_ptr<DoubleVec3[]>& rest) {
   const auto n = static_cast<std::int64_t>(count);
-  std::string wanted = "float32 of shape ";
+  std::string wanted = "float32 or float64 of shape ";
   if (dimensions == 2) wanted += rows_text(n, 2) + " or ";
   wanted += rows_text(n, 3);
   if (value.is_none()) type_error(name + ": found None, wanted " + wanted + ", one per box");
   const AnyArray a = import_array(value, name, wanted);
-  if (dimensions != 2 || a.ndim() != 2 || a.shape(1) != 2)
-    return rows_of<Vec3>(a, name, wanted, n, kept);
-  const Strided<Vec2> given = rows_of<Vec2>(a, name, wanted, n, kept);
+  const bool is_double = a.dtype() == nb::dtype<double>();
+  const bool is_flat = dimensions == 2 && a.ndim() == 2 && a.shape(1) == 2;
+  if (!is_double && !is_flat) return rows_of<Vec3>(a, name, wanted, n, kept);
   std::shared_ptr<Vec3[]> vectors(new (std::nothrow) Vec3[count + 1]);
   if (!vectors) memory_error(name + ": no memory for " + std::to_string(count) + " directions");
-  for (std::size_t i = 0; i < given.count; ++i) vectors[i] = {given[i].x, given[i].y, 0};
   kept.push_back(vectors);
-  return {vectors.get(), given.count, sizeof(Vec3)};
+  if (!is_double) {
+    const Strided<Vec2> given = rows_of<Vec2>(a, name, wanted, n, kept);
+    for (std::size_t i = 0; i < given.count; ++i) vectors[i] = {given[i].x, given[i].y, 0};
+    return {vectors.get(), given.count, sizeof(Vec3)};
+  }
+  if (a.ndim() != 2 || (a.shape(1) != 3 && !is_flat) || a.shape(0) != count)
+    value_error(name + ": found " + described(a) + ", wanted " + wanted);
+  require_aligned(a, name, sizeof(double));
+  const auto* data = static_cast<const double*>(a.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    double way[3] = {}, lost[3] = {};
+    float nearest[3] = {};
+    for (std::size_t k = 0; k < a.shape(1); ++k) {
+      way[k] = data[static_cast<std::int64_t>(i) * a.stride(0) +
+                    static_cast<std::int64_t>(k) * a.stride(1)];
+      // Beyond float's range the cast is undefined.
+      if (std::fabs(way[k]) > std::numeric_limits<float>::max()) {
+        char number[40];
+        std::snprintf(number, sizeof number, "%.17g", way[k]);
+        value_error(name + ": the value at [" + std::to_string(i) + ", " + std::to_string(k) +
+                    "] is " + number + ", wanted at most 3.4e38");
+      }
+      nearest[k] = static_cast<float>(way[k]);
+      if (std::isfinite(way[k])) lost[k] = way[k] - static_cast<double>(nearest[k]);
+    }
+    vectors[i] = {nearest[0], nearest[1], nearest[2]};
+    if (lost[0] == 0 && lost[1] == 0 && lost[2] == 0) continue;
+    if (!rest) rest = std::make_unique<DoubleVec3[]>(count);
+    rest[i] = {lost[0], lost[1], lost[2]};
+  }
+  return {vectors.get(), count, sizeof(Vec3)};
 }
 
 template Strided<std::uint32_t> import_values(nb::handle, const std::string&, std::size_t,

@@ -70,10 +70,12 @@ def test_float64() -> None:
     exact[0, 0] = -numpy.inf
     assert as_pairs(find_pairs(exact)) == [(0, 1), (1, 2)]
     exact[1, 4] = 3.1
-    with pytest.raises(ValueError, match=r"at \[1, 4\] is 3.10000\d*, which no float32 equals; pass round"):
-        find_pairs(exact)
-    with pytest.raises(ValueError, match=r"boxes\[1\]: the float64 at \[1, 1\]"):
-        find_pairs((exact[:, :3], exact[:, 3:]))
+    # By default compared as float64: one step apart is apart.
+    assert as_pairs(find_pairs(exact)) == [(0, 1), (1, 2)]
+    exact[2, 1] = numpy.nextafter(3.1, 4)
+    assert as_pairs(find_pairs(exact)) == as_pairs(find_pairs((exact[:, :3], exact[:, 3:]))) == [(0, 1)]
+    with pytest.raises(ValueError, match=r"at \[1, 4\] is 3.10000\d*, which no float32 equals; give float32"):
+        throng.save_boxes("/nowhere/boxes.npy", exact)
     assert as_pairs(find_pairs(exact, round="outward")) == [(0, 1), (1, 2)]
     # 0.1 is between two floats: boxes that touch there as doubles touch as floats, too.
     tenth = numpy.array([[0, 0, 0.1, 0.1], [0.1, 0.1, 1, 1]])
@@ -81,8 +83,7 @@ def test_float64() -> None:
     assert as_pairs(find_pairs(numpy.asfortranarray(tenth), round="outward")) == [(0, 1)]
     huge = numpy.array([[-1e300, 0, 0, 1e300, 1, 1], [5, 0, 0, 6, 1, 1]])
     assert as_pairs(find_pairs(huge, round="outward")) == [(0, 1)]
-    with pytest.raises(ValueError, match="-1.0*[0-9]*e\\+300"):
-        find_pairs(huge)
+    assert as_pairs(find_pairs(huge)) == [(0, 1)]
 
 
 @settings(max_examples=300, deadline=None)
@@ -202,17 +203,15 @@ def test_exact_is_for_float64_on_the_cpu() -> None:
     assert len(find_pairs(BOXES, BOXES, round="exact", backend="emulated")) == 7
     for backend in ("emulated", "cuda"):
         kind: Any = backend
-        with pytest.raises(ValueError, match=f"backend {backend}: boxes of doubles are searched on the CPU alone"):
+        with pytest.raises(ValueError, match=f"backend {backend}: boxes of float64 are searched on the CPU alone; pass round='outward'"):
             find_pairs(BOXES.astype(float), round="exact", backend=kind)
-        with pytest.raises(ValueError, match="boxes of doubles"):
+        with pytest.raises(ValueError, match="boxes of float64"):
             find_pairs(BOXES, BOXES.astype(float), round="exact", backend=kind)
     assert as_pairs(find_pairs(OnlyDLPack(BOXES.astype(float)), round="exact")) == [(0, 1), (1, 2)]
 
 
 WRONG_FOR_EXACT = [
-    (BOXES.astype(float)[::-1], "rows run backwards.*ascontiguousarray"),
     ((BOXES[:, :3].astype(float), BOXES[:, 3:]), "of one type and shape"),
-    ((BOXES.astype(float)[:, :3], BOXES[:, 3:].astype(float)), "48 bytes apart and.*24"),
     (BOXES.astype(float)[:, :5], r"found float64 of shape \(3, 5\)"),
     (numpy.ones(100, numpy.uint8)[4:].view(numpy.float64).reshape(2, 6), "not a multiple of 8.*copy"),
     (numpy.broadcast_to(numpy.zeros(6), (2**32, 6)), "found 4294967296 boxes, at most 4294901760"),
@@ -235,7 +234,11 @@ def test_dlpack() -> None:
 
 
 WRONG = [
-    ([[0, 0, 0, 1, 1, 1]], TypeError, r"boxes: found a list, .*numpy.asarray\(x, dtype=numpy.float32\)"),
+    ([[0, 0, 0, 1, 1]], ValueError, r"boxes: found float64 of shape \(1, 5\)"),
+    ([[0, 0, 0, 1, 1, 1], [0, 0]], ValueError, "boxes: found a list that makes no array: its parts differ in length"),
+    ([[0, 0, 0, 1, 1, "1"]], TypeError, r"boxes: found a .*, wanted an array of float32"),
+    ([[0, 0, 0, 1, 1, 2**53 + 1]], ValueError, r"boxes: found an integer of 2\*\*53 or more in a list"),
+    ([None], TypeError, "boxes: found a"),
     (None, TypeError, "boxes: found None"),
     (7, TypeError, "boxes: found 7"),
     ("boxes.npy", TypeError, "found 'boxes.npy'"),
@@ -248,11 +251,11 @@ WRONG = [
     (BOXES.astype("S4"), TypeError, "dtype"),
     (array.array("d", [1.0] * 6), ValueError, r"found float64 of shape \(6,\)"),
     (BOXES[0], ValueError, r"found float32 of shape \(6,\)"),
-    (BOXES[None], ValueError, r"found float32 of shape \(1, 3, 6\)"),
+    (BOXES[None, None], ValueError, r"found float32 of shape \(1, 1, 3, 6\)"),
     (BOXES[:, :5], ValueError, r"of shape \(3, 5\)"),
     (BOXES[:, :3], ValueError, r"of shape \(3, 3\)"),
     (BOXES[::-1], ValueError, "rows run backwards.*ascontiguousarray"),
-    ((BOXES[:, :3],), ValueError, "found a tuple of 1"),
+    ((BOXES[:, :3],), ValueError, r"found float32 of shape \(1, 3, 3\)"),
     ((BOXES[:, :3], BOXES[:2, 3:]), ValueError, r"upper of float32 of shape \(2, 3\)"),
     ((BOXES[:, :3], BOXES[:, 3:].astype(float)), ValueError, "of one type and shape"),
     ((BOXES[:, :3], BOXES[:, 3:].copy()), ValueError, "24 bytes apart and.*12"),
@@ -293,9 +296,14 @@ def test_wrong_filters() -> None:
             find_pairs(BOXES, **filters)
 
     refuses(TypeError, "group: found float64", group=numpy.ones(3))
-    refuses(TypeError, r"mask: found a list.*asarray\(x, dtype=numpy.uint32\)", mask=[1, 2, 3])
-    refuses(TypeError, r"owner: found a list.*asarray\(x, dtype=numpy.int32\)", owner=[1, 2, 3])
-    refuses(TypeError, r"static: found a list.*asarray\(x, dtype=numpy.uint8\)", static=[1, 0, 1])
+    refuses(TypeError, r"mask: found a str.*asarray\(x, dtype=numpy.uint32\)|mask: found '12'", mask="12")
+    refuses(TypeError, "owner: found float64 of shape", owner=[1.0, 2.0, 3.0])
+    refuses(ValueError, "static: found .* that makes no array", static=[[1], 0, 1])
+    refuses(TypeError, "world: found 1.5", world=1.5)
+    refuses(TypeError, "world: found .*1.5.*, wanted an integer, or int32", world=numpy.float64(1.5))
+    refuses(ValueError, "group: found -1, wanted 0 to 4294967295", group=-1)
+    refuses(ValueError, "owner: found 1180591620717411303424, wanted", owner=2**70)
+    refuses(ValueError, "world below -1, the first is box 0", world=-2)
     refuses(ValueError, "mask: the value at 0 is 18446744073709551615, wanted", mask=numpy.full(3, 2**64 - 1, "u8"))
     refuses(TypeError, "owner: found bool", owner=numpy.ones(3, bool))
     refuses(ValueError, r"owner: found int32 of shape \(2,\)", owner=numpy.ones(2, numpy.int32))
@@ -317,7 +325,11 @@ def test_wrong_options() -> None:
     refuses(TypeError, "order: found 1", order=1)
     refuses(ValueError, "algorithm: found 'bvh'", algorithm="bvh")
     refuses(ValueError, "nan: found ''", nan="")
-    refuses(ValueError, "round: found 'inward', wanted None, 'outward' or 'exact'", round="inward")
+    refuses(ValueError, "round: found 'inward', wanted 'exact' or 'outward'", round="inward")
+    refuses(ValueError, "round: found None", round=None)
+    refuses(ValueError, "dtype: found 'int32', wanted 'uint32' or 'int64'", dtype="int32")
+    refuses(ValueError, "dtype: found None", dtype=None)
+    refuses(ValueError, "dtype: found 7", dtype=7)
     refuses(ValueError, "round: found True", round=True)
     for name in ("order", "algorithm", "backend", "nan", "isa", "round"):
         refuses(ValueError, rf"{name}: found '\\ud800', wanted", **{name: "\ud800"})  # not UTF-8

@@ -54,6 +54,10 @@ def test_shapes(name: str, kind: str, shape: list[int]) -> None:
     array = numpy.zeros(shape, kind)
     fits = len(shape) == 2 and shape[1] in (4, 6)
     fits = fits or len(shape) == 3 and shape[1] == 2 and shape[2] in (2, 3)
+    if len(shape) == 3 and shape[2] in (4, 6) or len(shape) == 4 and shape[2:] in ([2, 2], [2, 3]):
+        return  # worlds: test_conveniences
+    if len(shape) == 3 and name in ("lower", "upper"):
+        return
     if name in ("lower", "upper"):
         # The shape fits; its rows are 12 bytes apart, those of the other corners 24.
         refused(ValueError, name, "found|apart", array)
@@ -64,9 +68,9 @@ def test_shapes(name: str, kind: str, shape: list[int]) -> None:
         return
     if not fits:
         refused(ValueError, name, r"found float\d\d of shape \(.*wanted", array)
-        refused(ValueError, name, r"found float\d\d of shape \(.*wanted", array, round="exact")
+        refused(ValueError, name, r"found float\d\d of shape \(.*wanted", array, round="outward")
         return
-    for round in (None, "exact"):
+    for round in ("outward", "exact"):
         flat = array.reshape(shape[0], -1)
         if name == "boxes":
             assert as_pairs(call(name, array, round=round)) == brute_force(flat)
@@ -166,8 +170,8 @@ def test_backwards(name: str, n: int, by: int, kind: str) -> None:
     elif name in ("lower", "upper"):
         refused(ValueError, name, "of one type", array)
     else:
-        call(name, array)  # always copied
-        refused(ValueError, name, "run backwards", array, round="exact")
+        call(name, array)  # copied
+        call(name, array, round="outward")
 
 
 @pytest.mark.parametrize("name", ["boxes", "other", "lower", "upper"])
@@ -185,8 +189,8 @@ def test_masked(name: str) -> None:
 def test_nan(boxes: Any, other: Any) -> None:
     bad = numpy.isnan(boxes).any(axis=1)
     clean = numpy.where(bad[:, None], numpy.float32(NAN), boxes)
-    rounds: Any = (None, "exact")
-    for one, round in ((boxes, None), *((boxes.astype(numpy.float64), round) for round in rounds)):
+    rounds: Any = ("outward", "exact")
+    for one, round in ((boxes, "exact"), *((boxes.astype(numpy.float64), round) for round in rounds)):
         assert as_pairs(find_pairs(one, other, nan="inactive", round=round)) == brute_force(clean, other)
         if not bad.any():
             continue

@@ -106,11 +106,11 @@ def test_exact() -> None:
         assert as_pairs(finder.find(far, boxes)) == brute_force(far, boxes)
         blocks.clear()
         assert finder.consume(boxes, blocks.append, far).found == len(brute_force(boxes, far))
-    with pytest.raises(ValueError, match="round: found 'exact'.*round='outward'"):
-        finder.explain(frames[0])
+    explained = finder.explain(boxes)  # as float32, rounded outward
+    assert explained.result.found == len(throng.find_pairs(boxes, round="outward"))
     with pytest.raises(ValueError, match="the first is box 0"):
         finder.find(boxes * numpy.nan)
-    with pytest.raises(ValueError, match="boxes of doubles are searched on the CPU alone"):
+    with pytest.raises(ValueError, match="boxes of float64 are searched on the CPU alone; pass round='outward'"):
         throng.Finder(backend="emulated", round="exact").consume(boxes, print)
 
 
@@ -253,7 +253,7 @@ def test_one_thread_at_a_time_and_others_run() -> None:
 def test_ctrl_c(way: str) -> None:
     boxes: Any = throng.scene("sparse", 1500000)[0]
     backend: Any = "emulated" if way == "emulated" else "cpu"
-    finder = throng.Finder(algorithm="all-pairs", backend=backend, round="exact" if way == "exact" else None)
+    finder = throng.Finder(algorithm="all-pairs", backend=backend, round="exact" if way == "exact" else "outward")
     if way == "exact":
         boxes = boxes.astype(numpy.float64)
     position = numpy.broadcast_to(numpy.zeros(3, numpy.float32), (20000000, 3))

@@ -57,7 +57,7 @@ def _shape(values: tuple[object, ...]) -> numpy.void:
 
 
 def update_boxes(
-    position: Array,
+    position: Array | Sequence[Any],
     shapes: NDArray[Any] | Sequence[numpy.void],
     *,
     rotation: Array | None = None,

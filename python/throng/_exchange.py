@@ -50,25 +50,31 @@ def stream_address(stream: object, boxes: BoxesLike) -> int:
     return address
 
 
-def like(found: Any, boxes: BoxesLike, result: object) -> Any:
-    """The pairs as `result` requests: possibly an array of the boxes' library."""
+def like(found: Any, boxes: BoxesLike, result: object, dtype: object = "uint32") -> Any:
+    """The integers as `result` and `dtype` request: possibly an array of the boxes' library."""
     is_host = isinstance(found, numpy.ndarray)
+    if is_host and dtype != "uint32":
+        found = found.astype(numpy.int64, copy=False)
     if result == "numpy" or (result == "auto" and is_host):
         return found
     array = _first(boxes)
-    if is_host and isinstance(array, numpy.ndarray):
+    if is_host and isinstance(array, (numpy.ndarray, list, tuple)):
         return found
     name, library = _library(array)
     if hasattr(array, "__array_namespace__"):
         library = array.__array_namespace__()
     make = getattr(library, "from_dlpack", None)
     if make is not None:
-        return make(found)
-    if result == "auto":
+        made = make(found)
+        if is_host or dtype == "uint32":
+            return made
+        return made.to(library.int64) if hasattr(made, "to") else made.astype(library.int64)
+    if result == "auto" and dtype == "uint32":
         return found  # already a DLPack producer
+    wanted = "'same'" if result == "same" else "dtype 'int64'"
     raise TypeError(
-        f"result: found 'same' for boxes in a {type(array).__name__}, and {name} has no "
-        "from_dlpack; give 'numpy' or 'auto'"
+        f"result: found {wanted} for boxes in a {type(array).__name__}, and {name} has no "
+        "from_dlpack; give 'numpy'" + (" or 'auto'" if result == "same" else "")
     )
 
 
@@ -77,3 +83,16 @@ def check_result(result: object) -> None:
         return
     kind = ValueError if isinstance(result, str) else TypeError
     raise kind(f"result: found {result!r:.60}, wanted one of 'auto', 'numpy', 'same'")
+
+
+def integer_type(dtype: object) -> str:
+    """'uint32' or 'int64'."""
+    if isinstance(dtype, str) and dtype in ("uint32", "int64"):
+        return dtype
+    try:
+        name = numpy.dtype(dtype).name  # type: ignore[call-overload]
+    except TypeError:
+        name = ""
+    if dtype is not None and name in ("uint32", "int64"):
+        return str(name)
+    raise ValueError(f"dtype: found {dtype!r:.60}, wanted 'uint32' or 'int64'")

@@ -1,28 +1,93 @@
 """Searches: find_pairs and Finder."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Literal, NoReturn, Unpack, overload
 
 import numpy
 from numpy.typing import NDArray
 
 from throng import _throng
-from throng._exchange import check_result, like, stream_address
+from throng._batch import Batch, flattened, triples, with_worlds
+from throng._exchange import check_result, integer_type, like, stream_address
 from throng._types import (
     Algorithm,
-    Array,
     Backend,
     BoxesLike,
     FilterArrays,
+    FilterLike,
     Inverted,
     Isa,
     Nan,
     NumpyBoxes,
     Order,
+    PairType,
     ResultKind,
     Round,
     SearchOptions,
 )
+
+Filters = tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class _Arguments:
+    """Boxes and filters as the module takes them, and the batches that they were."""
+
+    boxes: Any
+    other: Any
+    filters: Filters
+    other_filters: Filters
+    batch: Batch | None
+    other_batch: Batch | None
+
+    def pairs(self, found: NDArray[Any]) -> NDArray[Any]:
+        """(m, 2) flat indices as the caller's: of a batch (m, 3)."""
+        if self.batch is None:
+            return found
+        return triples(found, self.batch, self.other_batch, self.other is None)
+
+
+def _arguments(
+    boxes: BoxesLike, other: BoxesLike | None, filters: Filters, other_filters: Filters
+) -> _Arguments:
+    flat, batch = flattened(boxes, "boxes")
+    flat_other, other_batch = (None, None) if other is None else flattened(other, "other")
+    if batch is not None:
+        filters = with_worlds(batch, filters, "")
+    if other_batch is not None:
+        if batch is None or batch.worlds != other_batch.worlds:
+            found = "boxes without worlds" if batch is None else f"{batch.worlds} worlds in boxes"
+            raise ValueError(
+                f"other: found {other_batch.worlds} worlds, and {found}, wanted the same number; of "
+                "two sets the first has the worlds, and the second has them, too, or is in each"
+            )
+        other_filters = with_worlds(other_batch, other_filters, "other_")
+    return _Arguments(flat, flat_other, filters, other_filters, batch, other_batch)
+
+
+def _find(
+    finder: _throng.Finder,
+    boxes: BoxesLike,
+    other: BoxesLike | None,
+    filters: Filters,
+    other_filters: Filters,
+    result: object,
+    stream: object,
+    dtype: object,
+) -> Any:
+    check_result(result)
+    kind = integer_type(dtype)
+    given = _arguments(boxes, other, filters, other_filters)
+    found = finder.find(
+        given.boxes,
+        given.other,
+        given.filters,
+        given.other_filters,
+        stream_address(stream, given.boxes),
+        result == "numpy",
+    )
+    return like(given.pairs(found), boxes, result, kind)
 
 
 @overload
@@ -32,6 +97,27 @@ def find_pairs(
     *,
     result: ResultKind = "auto",
     stream: object = None,
+    dtype: Literal["uint32"] = "uint32",
+    **options: Unpack[SearchOptions],
+) -> NDArray[numpy.uint32]: ...
+@overload
+def find_pairs(
+    boxes: NumpyBoxes,
+    other: BoxesLike | None = None,
+    *,
+    result: ResultKind = "auto",
+    stream: object = None,
+    dtype: Literal["int64"] | type[numpy.int64],
+    **options: Unpack[SearchOptions],
+) -> NDArray[numpy.int64]: ...
+@overload
+def find_pairs(
+    boxes: BoxesLike,
+    other: BoxesLike | None = None,
+    *,
+    result: Literal["numpy"],
+    stream: object = None,
+    dtype: Literal["uint32"] = "uint32",
     **options: Unpack[SearchOptions],
 ) -> NDArray[numpy.uint32]: ...
 @overload
@@ -41,8 +127,9 @@ def find_pairs(
     *,
     result: Literal["numpy"],
     stream: object = None,
+    dtype: Literal["int64"] | type[numpy.int64],
     **options: Unpack[SearchOptions],
-) -> NDArray[numpy.uint32]: ...
+) -> NDArray[numpy.int64]: ...
 @overload
 def find_pairs(
     boxes: BoxesLike,
@@ -50,51 +137,54 @@ def find_pairs(
     *,
     result: ResultKind = "auto",
     stream: object = None,
+    dtype: PairType = "uint32",
     **options: Unpack[SearchOptions],
 ) -> Any: ...
 def find_pairs(
     boxes: BoxesLike,
     other: BoxesLike | None = None,
     *,
-    group: Array | None = None,
-    mask: Array | None = None,
-    owner: Array | None = None,
-    world: Array | None = None,
-    static: Array | None = None,
-    other_group: Array | None = None,
-    other_mask: Array | None = None,
-    other_owner: Array | None = None,
-    other_world: Array | None = None,
-    other_static: Array | None = None,
+    group: FilterLike | None = None,
+    mask: FilterLike | None = None,
+    owner: FilterLike | None = None,
+    world: FilterLike | None = None,
+    static: FilterLike | None = None,
+    other_group: FilterLike | None = None,
+    other_mask: FilterLike | None = None,
+    other_owner: FilterLike | None = None,
+    other_world: FilterLike | None = None,
+    other_static: FilterLike | None = None,
     margin: float = 0.0,
     order: Order = "any",
     algorithm: Algorithm = "auto",
     nan: Nan = "refuse",
     inverted: Inverted = "refuse",
-    round: Round | None = None,
+    round: Round = "exact",
     threads: int = 0,
     backend: Backend = "auto",
     isa: Isa = "auto",
     result: ResultKind = "auto",
     stream: object = None,
+    dtype: PairType = "uint32",
 ) -> Any:
     """All pairs of overlapping boxes.
 
-    boxes: float32 of shape (n, 6): lower x, y, z, upper x, y, z, in world units; or (n, 4) for 2-D:
-        lower x, y, upper x, y; or (n, 2, 3), (n, 2, 2): lower and upper corners; or a tuple
-        (lower, upper) of two arrays (n, 3) or (n, 2).
-        NumPy or DLPack arrays, read in place: any strides, except negative row strides; may be
-        read-only. float64 is copied to float32, unless `round` says otherwise. The arrays must not
-        change during the call. GPU arrays (PyTorch, CuPy, JAX) stay on the GPU, in a build with CUDA;
-        all arrays of a call must be on one device, and on a GPU no values are converted.
-    other: a second set of boxes: each pair is then a box of `boxes` and one of `other`.
-    round: the handling of float64. None: float32, if every value is one, else ValueError. 'outward':
-        float32, lower corners rounded down, upper corners up. 'exact': compared as float64, read in
-        place, CPU only, 24 more bytes per box; if one of two sets is float32, it is copied to float64;
-        if both are, the option has no effect.
+    boxes: of shape (n, 6): lower x, y, z, upper x, y, z, in world units; or (n, 4) for 2-D: lower x, y,
+        upper x, y; or (n, 2, 3), (n, 2, 2): lower and upper corners; or a tuple (lower, upper) of two
+        arrays (n, 3) or (n, 2). With one more index in front, (worlds, n, ...), each world is searched
+        for itself.
+        NumPy or DLPack arrays of float32 or float64, read in place: any strides, except negative row
+        strides; may be read-only. Lists and tuples become float64. The arrays must not change during
+        the call. GPU arrays (PyTorch, CuPy, JAX) stay on the GPU, in a build with CUDA; all arrays of a
+        call must be on one device, and on a GPU no values are converted.
+    other: a second set of boxes: each pair is then a box of `boxes` and one of `other`. With worlds, the
+        second set has as many, or is one that each world has.
+    round: the handling of float64. 'exact': compared as float64, CPU only, 24 more bytes per box; if one
+        of two sets is float32, it is copied to float64. 'outward': copied to float32, lower corners
+        rounded down, upper corners up. On float32 boxes the option has no effect.
 
-    Filters, one value per box; a pair is reported if all given filters allow it. Those of the second
-    set begin with other_.
+    Filters, one integer per box, or one for all; with worlds (worlds, n), or (n,) for each. A pair is
+    reported if all given filters allow it. Those of the second set begin with other_.
     group, mask: uint32; (group a & mask b) and (group b & mask a) must both be nonzero; a missing
         one counts as all ones.
     owner: int32; equal owners never pair; -1: no owner.
@@ -118,7 +208,10 @@ def find_pairs(
         its address; None: the current stream of PyTorch or CuPy, else the default stream. On return
         the pairs are complete, for any stream.
 
-    Returns (m, 2) uint32, which owns its memory: with one set first < second, each pair once.
+    dtype: of the pairs: 'uint32', or 'int64', a copy, as PyTorch's indexing needs.
+
+    Returns (m, 2), which owns its memory: with one set first < second, each pair once. Of worlds (m, 3):
+    the world, and the indices of both boxes in it.
 
     Raises TypeError (not an array, wrong type), ValueError (wrong shape, a NaN, a value out of range),
     MemoryError, RuntimeError. The message names the argument, the value found, and the fix.
@@ -128,16 +221,16 @@ def find_pairs(
     finder = _throng.Finder(
         order, algorithm, backend, nan, inverted, isa, margin, threads, 0, round, True
     )
-    check_result(result)
-    found = finder.find(
+    return _find(
+        finder,
         boxes,
         other,
         (group, mask, owner, world, static),
         (other_group, other_mask, other_owner, other_world, other_static),
-        stream_address(stream, boxes),
-        result == "numpy",
+        result,
+        stream,
+        dtype,
     )
-    return like(found, boxes, result)
 
 
 class Finder:
@@ -159,7 +252,7 @@ class Finder:
         algorithm: Algorithm = "auto",
         nan: Nan = "refuse",
         inverted: Inverted = "inactive",
-        round: Round | None = None,
+        round: Round = "exact",
         threads: int = 0,
         backend: Backend = "auto",
         isa: Isa = "auto",
@@ -183,6 +276,29 @@ class Finder:
         *,
         result: ResultKind = "auto",
         stream: object = None,
+        dtype: Literal["uint32"] = "uint32",
+        **filters: Unpack[FilterArrays],
+    ) -> NDArray[numpy.uint32]: ...
+    @overload
+    def find(
+        self,
+        boxes: NumpyBoxes,
+        other: BoxesLike | None = None,
+        *,
+        result: ResultKind = "auto",
+        stream: object = None,
+        dtype: Literal["int64"] | type[numpy.int64],
+        **filters: Unpack[FilterArrays],
+    ) -> NDArray[numpy.int64]: ...
+    @overload
+    def find(
+        self,
+        boxes: BoxesLike,
+        other: BoxesLike | None = None,
+        *,
+        result: Literal["numpy"],
+        stream: object = None,
+        dtype: Literal["uint32"] = "uint32",
         **filters: Unpack[FilterArrays],
     ) -> NDArray[numpy.uint32]: ...
     @overload
@@ -193,8 +309,9 @@ class Finder:
         *,
         result: Literal["numpy"],
         stream: object = None,
+        dtype: Literal["int64"] | type[numpy.int64],
         **filters: Unpack[FilterArrays],
-    ) -> NDArray[numpy.uint32]: ...
+    ) -> NDArray[numpy.int64]: ...
     @overload
     def find(
         self,
@@ -203,6 +320,7 @@ class Finder:
         *,
         result: ResultKind = "auto",
         stream: object = None,
+        dtype: PairType = "uint32",
         **filters: Unpack[FilterArrays],
     ) -> Any: ...
     def find(
@@ -210,34 +328,35 @@ class Finder:
         boxes: BoxesLike,
         other: BoxesLike | None = None,
         *,
-        group: Array | None = None,
-        mask: Array | None = None,
-        owner: Array | None = None,
-        world: Array | None = None,
-        static: Array | None = None,
-        other_group: Array | None = None,
-        other_mask: Array | None = None,
-        other_owner: Array | None = None,
-        other_world: Array | None = None,
-        other_static: Array | None = None,
+        group: FilterLike | None = None,
+        mask: FilterLike | None = None,
+        owner: FilterLike | None = None,
+        world: FilterLike | None = None,
+        static: FilterLike | None = None,
+        other_group: FilterLike | None = None,
+        other_mask: FilterLike | None = None,
+        other_owner: FilterLike | None = None,
+        other_world: FilterLike | None = None,
+        other_static: FilterLike | None = None,
         result: ResultKind = "auto",
         stream: object = None,
+        dtype: PairType = "uint32",
     ) -> Any:
-        """All pairs, as from find_pairs: (m, 2) uint32, a new array for each call.
+        """All pairs, as from find_pairs: (m, 2), or of worlds (m, 3); a new array for each call.
 
         The memory of a released NumPy result is reused by a later call. Counts, plan and times are in
         `result`.
         """
-        check_result(result)
-        found = self._finder.find(
+        return _find(
+            self._finder,
             boxes,
             other,
             (group, mask, owner, world, static),
             (other_group, other_mask, other_owner, other_world, other_static),
-            stream_address(stream, boxes),
-            result == "numpy",
+            result,
+            stream,
+            dtype,
         )
-        return like(found, boxes, result)
 
     def consume(
         self,
@@ -245,29 +364,35 @@ class Finder:
         callback: Callable[[NDArray[numpy.uint32]], object],
         other: BoxesLike | None = None,
         *,
-        group: Array | None = None,
-        mask: Array | None = None,
-        owner: Array | None = None,
-        world: Array | None = None,
-        static: Array | None = None,
-        other_group: Array | None = None,
-        other_mask: Array | None = None,
-        other_owner: Array | None = None,
-        other_world: Array | None = None,
-        other_static: Array | None = None,
+        group: FilterLike | None = None,
+        mask: FilterLike | None = None,
+        owner: FilterLike | None = None,
+        world: FilterLike | None = None,
+        static: FilterLike | None = None,
+        other_group: FilterLike | None = None,
+        other_mask: FilterLike | None = None,
+        other_owner: FilterLike | None = None,
+        other_world: FilterLike | None = None,
+        other_static: FilterLike | None = None,
     ) -> _throng.Result:
-        """Passes the pairs to callback(pairs) in blocks, (k, 2) uint32, and stores no others.
+        """Passes the pairs to callback(pairs) in blocks, (k, 2) uint32, or of worlds (k, 3), and stores no
+        others.
 
         The callback runs on a thread of the library, one call at a time. If it returns a false value
         other than None, the search stops; its exceptions propagate. A memory_cap that is too small raises
         MemoryError, which names the bytes needed.
         """
-        self._finder.consume(
+        given = _arguments(
             boxes,
-            callback,
             other,
             (group, mask, owner, world, static),
             (other_group, other_mask, other_owner, other_world, other_static),
+        )
+        receive = callback
+        if given.batch is not None and callable(callback):
+            receive = lambda pairs: callback(given.pairs(pairs))  # noqa: E731
+        self._finder.consume(
+            given.boxes, receive, given.other, given.filters, given.other_filters
         )
         return self._finder.result
 
@@ -276,29 +401,30 @@ class Finder:
         boxes: BoxesLike,
         other: BoxesLike | None = None,
         *,
-        group: Array | None = None,
-        mask: Array | None = None,
-        owner: Array | None = None,
-        world: Array | None = None,
-        static: Array | None = None,
-        other_group: Array | None = None,
-        other_mask: Array | None = None,
-        other_owner: Array | None = None,
-        other_world: Array | None = None,
-        other_static: Array | None = None,
+        group: FilterLike | None = None,
+        mask: FilterLike | None = None,
+        owner: FilterLike | None = None,
+        world: FilterLike | None = None,
+        static: FilterLike | None = None,
+        other_group: FilterLike | None = None,
+        other_mask: FilterLike | None = None,
+        other_owner: FilterLike | None = None,
+        other_world: FilterLike | None = None,
+        other_static: FilterLike | None = None,
     ) -> _throng.Explanation:
         """Finds the pairs as find() does, and explains the cost: cells and their occupancy, the largest
         boxes, memory, and advice to make it faster.
 
-        CPU only. About 100 times as long as find() for small sets. ValueError for a Finder with
-        round='exact'.
+        CPU only. About 100 times as long as find() for small sets. float64 is explained as float32,
+        rounded outward.
         """
-        return self._finder.explain(
+        given = _arguments(
             boxes,
             other,
             (group, mask, owner, world, static),
             (other_group, other_mask, other_owner, other_world, other_static),
         )
+        return self._finder.explain(given.boxes, given.other, given.filters, given.other_filters)
 
     @property
     def result(self) -> _throng.Result:

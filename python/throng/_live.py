@@ -2,14 +2,27 @@
 
 import copy
 from collections.abc import Sequence
-from typing import Any, NamedTuple, NoReturn, Self
+from typing import Any, NamedTuple, NoReturn, Self, SupportsIndex
 
 import numpy
 from numpy.typing import NDArray
 
 from throng import _throng
+from throng._exchange import check_result, integer_type, like
 from throng._numbers import numbers
-from throng._types import Array, BoxesLike, Hits, Inverted, Isa, Nan
+from throng._types import (
+    Array,
+    BoxesLike,
+    FilterLike,
+    Hits,
+    Inverted,
+    Isa,
+    Nan,
+    PairType,
+    ResultKind,
+)
+
+Ids = Array | Sequence[int] | SupportsIndex
 
 
 class Filter(NamedTuple):
@@ -22,6 +35,33 @@ class Filter(NamedTuple):
     static: bool = False
 
 
+class _Results:
+    """How the arrays of integers are returned."""
+
+    def __init__(self, result: ResultKind, dtype: PairType) -> None:
+        check_result(result)
+        self.result = result
+        self.dtype = integer_type(dtype)
+        self.boxes: Any = ()  # those given last, if another library's array is wanted
+
+    def notice(self, boxes: Any) -> None:
+        if self.result == "same":
+            one = boxes[0] if isinstance(boxes, tuple) and boxes else boxes
+            is_array = hasattr(one, "__dlpack__") and hasattr(one, "__getitem__")
+            self.boxes = one[:0, ...] if is_array else ()
+
+    def array(self, found: NDArray[numpy.uint32], boxes: Any = None) -> Any:
+        """As an array of the library of `boxes`, or of those given last."""
+        if self.result != "same" and self.dtype == "uint32":
+            return found
+        return like(found, self.boxes if boxes is None else boxes, self.result, self.dtype)
+
+    def hits(self, pairs: Any, times: NDArray[numpy.float64], boxes: Any) -> tuple[Any, Any]:
+        """The same for pairs and their times."""
+        of_times = times if self.result != "same" else like(times, boxes, self.result)
+        return self.array(pairs, boxes), of_times
+
+
 class BroadPhase:
     """Keeps objects from frame to frame, and reports which pairs began and which ended.
 
@@ -30,9 +70,20 @@ class BroadPhase:
     interrupts a long update(), find_overlaps() or find_hits(), and the next update() reports the
     changes.
 
+    Boxes as for find_pairs, or one box (6,); float64 is rounded to float32, lower corners down and upper
+    corners up, so that no pair is lost. Where ids are taken, one id is, too; each filter is one integer
+    per box, or one for all.
+
     margin, nan, inverted, threads, isa: as for find_pairs, but `inverted` is 'inactive' by default:
-    boxes with lower > upper are empty slots. One thread at a time; a call during another one raises
-    RuntimeError. Several threads may query one at once, each with its own BroadPhaseQuery.
+        boxes with lower > upper are empty slots.
+    result: 'numpy' or 'auto': NumPy arrays. 'same': arrays of ids, pairs and times are of the library of
+        a query's boxes, else of the boxes given last.
+    dtype: of ids and pairs: 'uint32', or 'int64', as PyTorch's indexing needs.
+
+    Any number of threads may query one at once: find_overlaps, find_hits, box, filter, is_alive, begun,
+    ended, pairs_of and the counts; calls release the GIL. With several threads `threads=1` is fastest. Other
+    calls, and pairs, which sorts on demand, need it alone: during one of them, or while a query runs, they
+    raise RuntimeError and change nothing.
     """
 
     def __init__(
@@ -43,8 +94,11 @@ class BroadPhase:
         inverted: Inverted = "inactive",
         threads: int = 0,
         isa: Isa = "auto",
+        result: ResultKind = "auto",
+        dtype: PairType = "uint32",
     ) -> None:
         self._live = _throng.BroadPhase(margin, nan, inverted, threads, isa)
+        self._results = _Results(result, dtype)
 
     def copy(self) -> Self:
         """A snapshot with the same ids, slots and results of the last update. copy.copy and copy.deepcopy
@@ -56,14 +110,16 @@ class BroadPhase:
         made = type(self).__new__(type(self))
         vars(made).update(vars(self))  # attributes of a derived class
         made._live = self._live.copy()
+        made._results = copy.copy(self._results)
         return made
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         made = type(self).__new__(type(self))
         memo[id(self)] = made
-        others = {name: value for name, value in vars(self).items() if name != "_live"}
+        others = {name: value for name, value in vars(self).items() if name not in ("_live", "_results")}
         vars(made).update(copy.deepcopy(others, memo))
         made._live = self._live.copy()
+        made._results = copy.copy(self._results)
         return made
 
     def __reduce__(self) -> NoReturn:
@@ -76,46 +132,50 @@ class BroadPhase:
         self,
         boxes: BoxesLike,
         *,
-        group: Array | None = None,
-        mask: Array | None = None,
-        owner: Array | None = None,
-        world: Array | None = None,
-        static: Array | None = None,
-    ) -> NDArray[numpy.uint32]:
+        group: FilterLike | None = None,
+        mask: FilterLike | None = None,
+        owner: FilterLike | None = None,
+        world: FilterLike | None = None,
+        static: FilterLike | None = None,
+    ) -> Any:
         """Adds an object for each box; the filters are those of find_pairs.
 
-        Returns their ids, (n,) uint32: 0, 1, 2, ... if none was removed. The id of a removed object is
-        reused only after an update.
+        Returns their ids, (n,): 0, 1, 2, ... if none was removed. The id of a removed object is reused only
+        after an update.
         """
-        return self._live.add(boxes, (group, mask, owner, world, static))
+        ids = self._live.add(boxes, (group, mask, owner, world, static))
+        self._results.notice(boxes)
+        return self._results.array(ids)
 
-    def remove(self, ids: Array) -> None:
-        """Removes objects. ValueError for an id that is not alive, or occurs twice."""
+    def remove(self, ids: Ids) -> None:
+        """Removes objects, or one. ValueError for an id that is not alive, or occurs twice."""
         self._live.remove(ids)
 
-    def move(self, ids: Array, boxes: BoxesLike) -> None:
+    def move(self, ids: Ids, boxes: BoxesLike) -> None:
         """Gives objects new boxes, one per id; of several calls before an update the last one counts.
 
         All or nothing: a box with a NaN raises a ValueError that names its position and id; with
         nan='inactive' it is accepted, and overlaps nothing.
         """
         self._live.move(ids, boxes)
+        self._results.notice(boxes)
 
     def move_all(self, boxes: BoxesLike) -> None:
         """The same for all objects: boxes[id] for every id below id_limit; unchanged boxes are skipped."""
         self._live.move_all(boxes)
+        self._results.notice(boxes)
 
     def set_filters(
         self,
-        ids: Array,
+        ids: Ids,
         *,
-        group: Array | None = None,
-        mask: Array | None = None,
-        owner: Array | None = None,
-        world: Array | None = None,
-        static: Array | None = None,
+        group: FilterLike | None = None,
+        mask: FilterLike | None = None,
+        owner: FilterLike | None = None,
+        world: FilterLike | None = None,
+        static: FilterLike | None = None,
     ) -> None:
-        """One value per id; filters that are not given stay unchanged."""
+        """One value per id, or one for all; filters that are not given stay unchanged."""
         self._live.set_filters(ids, (group, mask, owner, world, static))
 
     def shift_origin(self, by: Sequence[float]) -> None:
@@ -131,46 +191,47 @@ class BroadPhase:
         return self._live.update()
 
     @property
-    def begun(self) -> NDArray[numpy.uint32]:
-        """(m, 3) uint32, sorted: the ids first < second, and the pair's slot.
+    def begun(self) -> Any:
+        """(m, 3), sorted: the ids first < second, and the pair's slot.
 
         The slot is unique to the pair while it exists: an index for per-pair data.
         """
-        return self._live.begun()
+        return self._results.array(self._live.begun())
 
     @property
-    def ended(self) -> NDArray[numpy.uint32]:
+    def ended(self) -> Any:
         """(m, 3) as begun; these slots are free now: the next update may reuse them."""
-        return self._live.ended()
+        return self._results.array(self._live.ended())
 
     @property
-    def pairs(self) -> NDArray[numpy.uint32]:
+    def pairs(self) -> Any:
         """(m, 3) as begun: all pairs as of the last update."""
-        return self._live.pairs()
+        return self._results.array(self._live.pairs())
 
-    def pairs_of(self, id: int) -> NDArray[numpy.uint32]:
+    def pairs_of(self, id: int) -> Any:
         """(m, 3) as begun: the pairs of one object as of the last update, sorted by the other id.
 
         Empty for an id without pairs. The cost depends on the object's own pairs; only after an update
         that found all pairs from scratch the first calls scan all of them.
         """
-        return self._live.pairs_of(id)
+        return self._results.array(self._live.pairs_of(id))
 
     def find_overlaps(
         self,
         boxes: BoxesLike,
         *,
-        group: Array | None = None,
-        mask: Array | None = None,
-        owner: Array | None = None,
-        world: Array | None = None,
-        static: Array | None = None,
-    ) -> NDArray[numpy.uint32]:
-        """(m, 2) uint32, sorted: the index of a box, and the id of an object that it overlaps.
+        group: FilterLike | None = None,
+        mask: FilterLike | None = None,
+        owner: FilterLike | None = None,
+        world: FilterLike | None = None,
+        static: FilterLike | None = None,
+    ) -> Any:
+        """(m, 2), sorted: the index of a box, and the id of an object that it overlaps.
 
         Queries the current boxes of the objects, without the margin.
         """
-        return self._live.find_overlaps(boxes, (group, mask, owner, world, static))
+        found = self._live.find_overlaps(boxes, (group, mask, owner, world, static))
+        return self._results.array(found, boxes)
 
     def find_hits(
         self,
@@ -178,25 +239,27 @@ class BroadPhase:
         by: Array,
         *,
         which: Hits = "all",
-        group: Array | None = None,
-        mask: Array | None = None,
-        owner: Array | None = None,
-        world: Array | None = None,
-        static: Array | None = None,
-    ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.float64]]:
+        group: FilterLike | None = None,
+        mask: FilterLike | None = None,
+        owner: FilterLike | None = None,
+        world: FilterLike | None = None,
+        static: FilterLike | None = None,
+    ) -> tuple[Any, Any]:
         """Ray and shape casts: the objects that boxes hit when they move by `by` from time 0 to 1. A ray
         is a moving point: find_hits((origin, origin), direction).
 
-        by: (n, 3) float32, one per box, or (n, 2) for 2-D boxes, in world units; finite, at most 3.4e38 per
-            component: for an unlimited ray use one longer than the scene. float64 is copied, if every
-            value is a float32.
+        by: (n, 3), one per box, or (n, 2) for 2-D boxes, in world units; finite, at most 3.4e38 per
+            component: for an unlimited ray use one longer than the scene. float64 is rounded to the nearest
+            float32, and the box extended so that it covers the given path: no hit is lost, and a time is
+            at most that of the given box.
         which: 'all' objects on the way, or the 'first' that is hit; of several at once the lowest id.
 
-        Returns (pairs, times), sorted by pair: (m, 2) uint32, the index of a box and the id of an object
+        Returns (pairs, times), sorted by pair: (m, 2), the index of a box and the id of an object
         that it hits, and (m,) float64, the time of first contact: 0 if they overlap at the start. Queries
         the current boxes of the objects, without the margin.
         """
-        return self._live.find_hits(boxes, by, which, (group, mask, owner, world, static))
+        pairs, times = self._live.find_hits(boxes, by, which, (group, mask, owner, world, static))
+        return self._results.hits(pairs, times, boxes)
 
     def is_alive(self, id: int) -> bool:
         """Whether an object has this id."""
@@ -235,13 +298,10 @@ class BroadPhase:
 
 
 class BroadPhaseQuery:
-    """Queries of one thread. Any number of threads may query one BroadPhase at once, each with its
-    own BroadPhaseQuery; calls release the GIL.
+    """Queries of a BroadPhase with options of their own: other threads, results or rules for NaN.
 
-    During a query, a call that changes the BroadPhase raises RuntimeError; during such a call,
-    queries do. So does a call during another one on the same BroadPhaseQuery.
-
-    nan, inverted, threads, isa: as for BroadPhase; threads=1 if several threads query at once.
+    One thread at a time; a call during another one raises RuntimeError. The options are those of
+    BroadPhase.
     """
 
     def __init__(
@@ -251,8 +311,11 @@ class BroadPhaseQuery:
         inverted: Inverted = "inactive",
         threads: int = 0,
         isa: Isa = "auto",
+        result: ResultKind = "auto",
+        dtype: PairType = "uint32",
     ) -> None:
         self._query = _throng.BroadPhaseQuery(nan, inverted, threads, isa)
+        self._results = _Results(result, dtype)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError("a BroadPhaseQuery is neither copied nor pickled: make another")
@@ -262,16 +325,17 @@ class BroadPhaseQuery:
         objects: BroadPhase,
         boxes: BoxesLike,
         *,
-        group: Array | None = None,
-        mask: Array | None = None,
-        owner: Array | None = None,
-        world: Array | None = None,
-        static: Array | None = None,
-    ) -> NDArray[numpy.uint32]:
+        group: FilterLike | None = None,
+        mask: FilterLike | None = None,
+        owner: FilterLike | None = None,
+        world: FilterLike | None = None,
+        static: FilterLike | None = None,
+    ) -> Any:
         """As BroadPhase.find_overlaps, on the objects of a BroadPhase."""
-        return self._query.find_overlaps(
+        found = self._query.find_overlaps(
             _broad_phase_of(objects), boxes, (group, mask, owner, world, static)
         )
+        return self._results.array(found, boxes)
 
     def find_hits(
         self,
@@ -280,16 +344,17 @@ class BroadPhaseQuery:
         by: Array,
         *,
         which: Hits = "all",
-        group: Array | None = None,
-        mask: Array | None = None,
-        owner: Array | None = None,
-        world: Array | None = None,
-        static: Array | None = None,
-    ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.float64]]:
+        group: FilterLike | None = None,
+        mask: FilterLike | None = None,
+        owner: FilterLike | None = None,
+        world: FilterLike | None = None,
+        static: FilterLike | None = None,
+    ) -> tuple[Any, Any]:
         """As BroadPhase.find_hits, on the objects of a BroadPhase."""
-        return self._query.find_hits(
+        pairs, times = self._query.find_hits(
             _broad_phase_of(objects), boxes, by, which, (group, mask, owner, world, static)
         )
+        return self._results.hits(pairs, times, boxes)
 
 
 def _broad_phase_of(objects: object) -> _throng.BroadPhase:

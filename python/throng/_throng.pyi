@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 import numpy
 from numpy.typing import NDArray
 
-Filters: TypeAlias = tuple[Any, Any, Any, Any, Any]
+Filters: TypeAlias = tuple[Any, ...]
 # Vertices, faces, and the rows of a transform or None.
 MeshArrays: TypeAlias = tuple[Any, Any, tuple[float, ...] | None]
 # Lower x, y, z, upper x, y, z.
@@ -213,7 +213,7 @@ class Finder:
         margin: float,
         threads: int,
         memory_cap: int,
-        round: str | None,
+        round: str,
         once: bool,
     ) -> None: ...
     def find(
@@ -354,5 +354,6 @@ def update_boxes(
 def describe_intersections(
     pairs: Any, mesh: MeshArrays, other: MeshArrays | None, threads: int
 ) -> tuple[NDArray[numpy.uint8], NDArray[numpy.uint8], NDArray[numpy.float64]]: ...
+def boxes_of_lists(boxes: Any, name: str) -> Any: ...
 def forget_threads() -> None: ...
 def expect_leaks() -> None: ...

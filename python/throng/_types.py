@@ -1,7 +1,9 @@
 """Argument types, for type checkers."""
 
-from typing import Any, Literal, Protocol, TypeAlias, TypedDict
+from collections.abc import Sequence
+from typing import Any, Literal, Protocol, SupportsIndex, TypeAlias, TypedDict
 
+import numpy
 from numpy.typing import NDArray
 
 Order: TypeAlias = Literal["any", "canonical"]
@@ -12,6 +14,7 @@ Inverted: TypeAlias = Literal["refuse", "inactive"]
 Hits: TypeAlias = Literal["all", "first"]
 Round: TypeAlias = Literal["outward", "exact"]
 ResultKind: TypeAlias = Literal["auto", "numpy", "same"]
+PairType: TypeAlias = Literal["uint32", "int64"] | type[numpy.uint32] | type[numpy.int64] | numpy.dtype[Any]
 Isa: TypeAlias = Literal["auto", "scalar", "sse4", "avx2", "avx512", "neon"]
 
 
@@ -21,23 +24,26 @@ class Array(Protocol):
     def __dlpack__(self, *args: Any, **kwargs: Any) -> Any: ...
 
 
-BoxesLike: TypeAlias = Array | tuple[Array, Array]
-NumpyBoxes: TypeAlias = NDArray[Any] | tuple[NDArray[Any], NDArray[Any]]
+# An array, a list or tuple of boxes, or a tuple (lower, upper).
+BoxesLike: TypeAlias = Array | Sequence[Any]
+NumpyBoxes: TypeAlias = NDArray[Any] | tuple[NDArray[Any], NDArray[Any]] | list[Any]
+# One integer per box, or one for all.
+FilterLike: TypeAlias = Array | Sequence[int] | SupportsIndex | numpy.bool_
 
 
 class FilterArrays(TypedDict, total=False):
-    """One value per box."""
+    """One value per box, or one for all."""
 
-    group: Array | None
-    mask: Array | None
-    owner: Array | None
-    world: Array | None
-    static: Array | None
-    other_group: Array | None
-    other_mask: Array | None
-    other_owner: Array | None
-    other_world: Array | None
-    other_static: Array | None
+    group: FilterLike | None
+    mask: FilterLike | None
+    owner: FilterLike | None
+    world: FilterLike | None
+    static: FilterLike | None
+    other_group: FilterLike | None
+    other_mask: FilterLike | None
+    other_owner: FilterLike | None
+    other_world: FilterLike | None
+    other_static: FilterLike | None
 
 
 class SearchOptions(FilterArrays, total=False):
@@ -48,7 +54,7 @@ class SearchOptions(FilterArrays, total=False):
     algorithm: Algorithm
     nan: Nan
     inverted: Inverted
-    round: Round | None
+    round: Round
     threads: int
     backend: Backend
     isa: Isa
