@@ -16,14 +16,16 @@ fn main() {
         println!("cargo:rerun-if-env-changed={name}");
     }
     let crate_folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it"));
-    // Tests compare the declarations of src/sys.rs with the header.
-    println!("cargo:rustc-env=THRONG_INCLUDE={}", crate_folder.join("../include").display());
     if let Some(folder) = env::var_os("THRONG_DIR") {
         link_installed(Path::new(&folder)).unwrap_or_else(|why| {
             fail(&format!("THRONG_DIR is {}: {why}", Path::new(&folder).display()))
         });
-    } else if let Some(flags) = pkg_config_flags() {
+    } else if let Some(flags) = pkg_config(&["--static", "--libs", &format!("throng >= {VERSION}")])
+    {
+        // The private libraries are those of a static library; a shared one has none.
         link_by_flags(&flags);
+        let include = pkg_config(&["--variable=includedir", "throng"]).unwrap_or_default();
+        tests_include(Path::new(include.trim()));
     } else {
         let sources = crate_folder.join("..");
         link_installed(&build(&sources)).unwrap_or_else(|why| fail(&why));
@@ -41,14 +43,15 @@ fn fail(why: &str) -> ! {
     exit(1);
 }
 
-/// The flags of `pkg-config`; none if it is missing or does not know this version of Throng.
-fn pkg_config_flags() -> Option<String> {
+/// Tests compare the declarations of src/sys.rs with the header in this folder.
+fn tests_include(folder: &Path) {
+    println!("cargo:rustc-env=THRONG_INCLUDE={}", folder.display());
+}
+
+/// What `pkg-config` prints; none if it is missing or fails.
+fn pkg_config(arguments: &[&str]) -> Option<String> {
     let program = env::var("PKG_CONFIG").unwrap_or_else(|_| "pkg-config".into());
-    // The private libraries of a static library; a shared one has none.
-    let output = Command::new(program)
-        .args(["--static", "--libs", &format!("throng >= {VERSION}")])
-        .output()
-        .ok()?;
+    let output = Command::new(program).args(arguments).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
@@ -80,6 +83,14 @@ fn link_installed(prefix: &Path) -> Result<(), String> {
     let folder = file.parent().and_then(Path::parent).expect("it is lib/pkgconfig/throng.pc");
     println!("cargo:rustc-link-search=native={}", folder.display());
     println!("cargo:rustc-link-lib=throng");
+    tests_include(&prefix.join("include"));
+    // A new library is linked again.
+    for library in ["libthrong.a", "libthrong.so", "libthrong.dylib", "throng.lib"] {
+        let library = folder.join(library);
+        if library.exists() {
+            println!("cargo:rerun-if-changed={}", library.display());
+        }
+    }
     for name in value("Requires.private:").split_whitespace() {
         println!("cargo:rustc-link-lib={}", if name == "libhwy" { "hwy" } else { name });
     }

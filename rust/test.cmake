@@ -13,7 +13,7 @@ set(ENV{CARGO_PROFILE_DEV_DEBUG} 0)
 set(ENV{RUSTFLAGS} "-D warnings")
 set(ENV{RUSTDOCFLAGS} "-D warnings")
 # A shared library is not copied into programs.
-set(ENV{LD_LIBRARY_PATH} "${prefix}/lib:$ENV{LD_LIBRARY_PATH}")
+set(ENV{LD_LIBRARY_PATH} "${prefix}/${LIBDIR}:$ENV{LD_LIBRARY_PATH}")
 set(offline --offline --locked --manifest-path ${CRATE}/Cargo.toml)
 execute_process(COMMAND ${CARGO} test ${offline} COMMAND_ERROR_IS_FATAL ANY)
 
@@ -30,6 +30,14 @@ frame 5: Stopped\\(Entity\\(7001\\), Entity\\(42\\)\\)
 frame 5: Stopped\\(Entity\\(7002\\), Entity\\(42\\)\\)
 the ray hits Entity\\(7002\\) at a distance of 2.5
 $")
+
+# Found by pkg-config.
+unset(ENV{THRONG_DIR})
+find_program(pkg_config pkg-config)
+if(pkg_config)
+  set(ENV{PKG_CONFIG_PATH} "${prefix}/${LIBDIR}/pkgconfig:$ENV{PKG_CONFIG_PATH}")
+  expect_output(first_steps "1 touches 2")
+endif()
 
 # expect_refused(expected arguments...): the build fails with this text and what to do.
 function(expect_refused expected)
