@@ -24,12 +24,13 @@ static_assert(layout<throng_boxes>(144, 8) && offsetof(throng_boxes, corner) == 
               offsetof(throng_boxes, stride_bytes) == 56 && offsetof(throng_boxes, group) == 64 &&
               offsetof(throng_boxes, mask) == 80 && offsetof(throng_boxes, owner) == 96 &&
               offsetof(throng_boxes, world) == 112 && offsetof(throng_boxes, is_static) == 128);
-static_assert(
-    layout<throng_double_boxes>(144, 8) && offsetof(throng_double_boxes, corner) == 8 &&
-    offsetof(throng_double_boxes, stride_bytes) == 56 &&
-    offsetof(throng_double_boxes, group) == 64 && offsetof(throng_double_boxes, mask) == 80 &&
-    offsetof(throng_double_boxes, owner) == 96 && offsetof(throng_double_boxes, world) == 112 &&
-    offsetof(throng_double_boxes, is_static) == 128);
+static_assert(layout<throng_double_boxes>(144, 8) && offsetof(throng_double_boxes, corner) == 8 &&
+              offsetof(throng_double_boxes, stride_bytes) == 56 &&
+              offsetof(throng_double_boxes, group) == 64 &&
+              offsetof(throng_double_boxes, mask) == 80 &&
+              offsetof(throng_double_boxes, owner) == 96 &&
+              offsetof(throng_double_boxes, world) == 112 &&
+              offsetof(throng_double_boxes, is_static) == 128);
 static_assert(layout<throng_live_pair>(12, 4) && offsetof(throng_live_pair, slot) == 8);
 static_assert(layout<throng_filter>(20, 4) && offsetof(throng_filter, mask) == 4 &&
               offsetof(throng_filter, owner) == 8 && offsetof(throng_filter, world) == 12 &&
@@ -68,31 +69,35 @@ static_assert(layout<throng_contact_mesh>(152, 8) && offsetof(throng_contact_mes
 
 // These two may grow: the first new field of throng_options is at 104 or behind, that of
 // throng_result at 168 or behind.
-static_assert(
-    sizeof(throng_options) >= 104 && alignof(throng_options) == 8 &&
-    offsetof(throng_options, struct_bytes) == 0 && offsetof(throng_options, algorithm) == 8 &&
-    offsetof(throng_options, order) == 12 && offsetof(throng_options, backend) == 16 &&
-    offsetof(throng_options, nan) == 20 && offsetof(throng_options, margin) == 24 &&
-    offsetof(throng_options, threads) == 28 && offsetof(throng_options, memory_cap_bytes) == 32 &&
-    offsetof(throng_options, concurrency) == 40 && offsetof(throng_options, run) == 48 &&
-    offsetof(throng_options, run_self) == 56 && offsetof(throng_options, allocate) == 64 &&
-    offsetof(throng_options, deallocate) == 72 && offsetof(throng_options, memory_self) == 80 &&
-    offsetof(throng_options, isa) == 88 && offsetof(throng_options, stoppable) == 92 &&
-    offsetof(throng_options, inverted) == 96);
-static_assert(
-    sizeof(throng_result) >= 168 && alignof(throng_result) == 8 &&
-    offsetof(throng_result, struct_bytes) == 0 && offsetof(throng_result, status) == 8 &&
-    offsetof(throng_result, found) == 16 && offsetof(throng_result, written) == 24 &&
-    offsetof(throng_result, inactive) == 32 && offsetof(throng_result, comparisons) == 40 &&
-    offsetof(throng_result, first_invalid) == 48 && offsetof(throng_result, invalid_count) == 56 &&
-    offsetof(throng_result, bytes_needed) == 64 && offsetof(throng_result, total_ms) == 72 &&
-    offsetof(throng_result, plan_ms) == 80 && offsetof(throng_result, bin_ms) == 88 &&
-    offsetof(throng_result, find_ms) == 96 && offsetof(throng_result, order_ms) == 104 &&
-    offsetof(throng_result, plan) == 112 && offsetof(throng_result, message) == 120 &&
-    offsetof(throng_result, backend) == 128 && offsetof(throng_result, algorithm) == 132 &&
-    offsetof(throng_result, isa) == 136 && offsetof(throng_result, threads) == 140 &&
-    offsetof(throng_result, visited) == 144 && offsetof(throng_result, candidates) == 152 &&
-    offsetof(throng_result, exact_tests) == 160);
+static_assert(sizeof(throng_options) >= 104 && alignof(throng_options) == 8 &&
+              offsetof(throng_options, struct_bytes) == 0 &&
+              offsetof(throng_options, algorithm) == 8 && offsetof(throng_options, order) == 12 &&
+              offsetof(throng_options, backend) == 16 && offsetof(throng_options, nan) == 20 &&
+              offsetof(throng_options, margin) == 24 && offsetof(throng_options, threads) == 28 &&
+              offsetof(throng_options, memory_cap_bytes) == 32 &&
+              offsetof(throng_options, concurrency) == 40 && offsetof(throng_options, run) == 48 &&
+              offsetof(throng_options, run_self) == 56 &&
+              offsetof(throng_options, allocate) == 64 &&
+              offsetof(throng_options, deallocate) == 72 &&
+              offsetof(throng_options, memory_self) == 80 && offsetof(throng_options, isa) == 88 &&
+              offsetof(throng_options, stoppable) == 92 &&
+              offsetof(throng_options, inverted) == 96);
+static_assert(sizeof(throng_result) >= 168 && alignof(throng_result) == 8 &&
+              offsetof(throng_result, struct_bytes) == 0 && offsetof(throng_result, status) == 8 &&
+              offsetof(throng_result, found) == 16 && offsetof(throng_result, written) == 24 &&
+              offsetof(throng_result, inactive) == 32 &&
+              offsetof(throng_result, comparisons) == 40 &&
+              offsetof(throng_result, first_invalid) == 48 &&
+              offsetof(throng_result, invalid_count) == 56 &&
+              offsetof(throng_result, bytes_needed) == 64 &&
+              offsetof(throng_result, total_ms) == 72 && offsetof(throng_result, plan_ms) == 80 &&
+              offsetof(throng_result, bin_ms) == 88 && offsetof(throng_result, find_ms) == 96 &&
+              offsetof(throng_result, order_ms) == 104 && offsetof(throng_result, plan) == 112 &&
+              offsetof(throng_result, message) == 120 && offsetof(throng_result, backend) == 128 &&
+              offsetof(throng_result, algorithm) == 132 && offsetof(throng_result, isa) == 136 &&
+              offsetof(throng_result, threads) == 140 && offsetof(throng_result, visited) == 144 &&
+              offsetof(throng_result, candidates) == 152 &&
+              offsetof(throng_result, exact_tests) == 160);
 #endif
 
 // A program that was built when `inverted`, the last field, did not exist: the memory behind its

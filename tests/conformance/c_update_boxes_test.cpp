@@ -75,8 +75,7 @@ TEST_F(CUpdateBoxes, BoxesInLargerStructs) {
     float mass;
   };
   std::vector<Entity> entities(bodies_.count, {7, {}, 3});
-  ASSERT_EQ(
-      throng_update_boxes(finder_, &bodies_, 0, &entities[0].box, sizeof(Entity)), THRONG_OK)
+  ASSERT_EQ(throng_update_boxes(finder_, &bodies_, 0, &entities[0].box, sizeof(Entity)), THRONG_OK)
       << message();
   ASSERT_EQ(update(), THRONG_OK);
   for (std::size_t i = 0; i < entities.size(); ++i) {
@@ -93,6 +92,55 @@ TEST_F(CUpdateBoxes, BoxesInLargerStructs) {
       throng_boxes_strided(&entities[0].box, entities.size(), sizeof(Entity));
   ASSERT_EQ(throng_find(finder_, &strided, nullptr), THRONG_OK) << message();
   EXPECT_EQ(throng_finder_result(finder_)->found, found);
+}
+
+// The caller's threads, some of them; a stop; an instruction set.
+TEST_F(CUpdateBoxes, OptionsOfTheFinder) {
+  struct Host {
+    throng_finder* stops = nullptr;
+    unsigned tasks = 0;
+  } host;
+  throng_options options;
+  throng_options_init(&options);
+  options.concurrency = 3;
+  options.run_self = &host;
+  options.run = [](void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
+    Host& h = *static_cast<Host*>(self);
+    h.tasks = count;
+    throng_finder_stop(h.stops);
+    for (unsigned i = 0; i < count; ++i) task(context, i);
+  };
+  options.stoppable = 1;
+  const auto with_options = [&] {
+    throng_finder_destroy(finder_);
+    finder_ = throng_finder_create(&options);
+  };
+  scene_ = body_scene(20000, 9);
+  bodies_.count = scene_.transforms.size();
+  bodies_.position.data = &scene_.transforms[0].position;
+  bodies_.rotation.data = &scene_.transforms[0].rotation;
+  bodies_.displacement.data = scene_.displacements.data();
+  bodies_.shape.data = scene_.shape.data();
+  bodies_.shapes.data = scene_.shapes.data();
+  bodies_.points.data = scene_.points.data();
+  for (const unsigned threads : {0u, 2u}) {
+    options.threads = threads;
+    with_options();
+    ASSERT_EQ(update(), THRONG_OK) << message();
+    EXPECT_EQ(host.tasks, threads == 0 ? 3u : threads);
+    EXPECT_TRUE(same_bits(written(), boxes_of(scene_.view())));
+  }
+  host.stops = finder_;
+  EXPECT_EQ(update(), THRONG_STOPPED);
+  host.stops = nullptr;
+  EXPECT_EQ(update(), THRONG_OK);
+#if defined(__x86_64__) || defined(_M_X64)
+  options.isa = THRONG_ISA_NEON;
+#else
+  options.isa = THRONG_ISA_AVX2;
+#endif
+  with_options();
+  EXPECT_EQ(update(), THRONG_UNSUPPORTED_ISA);
 }
 
 TEST_F(CUpdateBoxes, Errors) {

@@ -155,7 +155,7 @@ def suites(build):
     test("objects on a device", "device", 120, "device_test", "-DiscreteEngine*")
     test("emulated", "base device", 400, "conformance_test", "*emulated_*_1_any:-*MorePairs*:*CellScale*")
     test("explain", "api grid", 40, "conformance_test", "Explain*")
-    test("options of C", "api", 120, "conformance_test", "CApi*:COptions*:CStatus*")
+    test("options of C", "api", 120, "conformance_test", "CApi*:COptions*:CStatus*:CLayout*:CUpdateBoxes*")
     test("flat with not flat", "grid", 60, "conformance_test", "All/Flat.*/grid_scalar_1_any:All/Flat.*/all_pairs_scalar_1_any")
     test("embedding", "device grid", 200, "embedding_test", "*")
     test("exact triangles", "mesh", 600, "mesh_exact_test", "-*Orient*")
