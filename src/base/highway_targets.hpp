@@ -1,6 +1,9 @@
 // The instruction sets for which Highway compiles kernels. Included before any header of Highway.
 #pragma once
 
+// Highway's own assertions would need its library at link time; without them its headers are enough.
+#define HWY_IS_DEBUG_BUILD 0
+
 // Built: SSE4, AVX2, AVX-512 (as of Ice Lake and Zen 4, which compress bytes; earlier AVX-512
 // processors use AVX2), NEON. Disabled by bit, as old releases do not name them all: SSSE3, other
 // AVX-512 sets, SVE.

@@ -1,16 +1,23 @@
-# Configures, builds and tests one external project from scratch, against the installed library, or with the
-# sources in THRONG_SOURCE.
+# Configures, builds and tests one external project from scratch, against the installed library in PREFIX, or with the
+# sources in THRONG_SOURCE. A project of C alone gets no C++ compiler.
 file(REMOVE_RECURSE "${BINARY}")
-set(languages -DCMAKE_CXX_COMPILER=${CXX} "-DCMAKE_CXX_FLAGS=${FLAGS}")
+set(settings -DCMAKE_BUILD_TYPE=${CONFIG})
+if(PREFIX)
+  list(APPEND settings -DCMAKE_PREFIX_PATH=${PREFIX})
+endif()
+if(CXX)
+  list(APPEND settings -DCMAKE_CXX_COMPILER=${CXX} "-DCMAKE_CXX_FLAGS=${FLAGS}")
+endif()
 if(C)
-  set(languages -DCMAKE_C_COMPILER=${C} -DEXAMPLE=${EXAMPLE})
+  list(APPEND settings -DCMAKE_C_COMPILER=${C})
+endif()
+if(EXAMPLE)
+  list(APPEND settings -DEXAMPLE=${EXAMPLE})
 endif()
 if(THRONG_SOURCE)
-  list(APPEND languages -DTHRONG_SOURCE=${THRONG_SOURCE})
+  list(APPEND settings -DTHRONG_SOURCE=${THRONG_SOURCE})
 endif()
-execute_process(COMMAND ${CMAKE_COMMAND} -S ${SOURCE} -B ${BINARY} -G "${GENERATOR}"
-                        -DCMAKE_PREFIX_PATH=${PREFIX} ${languages} -DCMAKE_BUILD_TYPE=${CONFIG}
-                COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${CMAKE_COMMAND} -S ${SOURCE} -B ${BINARY} -G "${GENERATOR}" ${settings} COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${CMAKE_COMMAND} --build ${BINARY} COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND ${CTEST} --test-dir ${BINARY} --output-on-failure --no-tests=error
                 COMMAND_ERROR_IS_FATAL ANY)

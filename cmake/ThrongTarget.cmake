@@ -1,0 +1,10 @@
+# Refuses targets that the library does not support: 32 bits (counts of pairs exceed a size_t), and big-endian ones (keys and
+# files take little-endian words).
+if(CMAKE_SIZEOF_VOID_P EQUAL 4)
+  message(FATAL_ERROR "Throng needs a 64-bit target, but ${CMAKE_CXX_COMPILER} compiles for 32 bits. Remove -m32, or choose a "
+                      "64-bit compiler with CMAKE_CXX_COMPILER.")
+endif()
+if(CMAKE_CXX_BYTE_ORDER STREQUAL "BIG_ENDIAN")
+  message(FATAL_ERROR "Throng needs a little-endian target, but ${CMAKE_CXX_COMPILER} compiles for a big-endian one. Choose "
+                      "another target with CMAKE_CXX_COMPILER or CMAKE_CXX_COMPILER_TARGET.")
+endif()
