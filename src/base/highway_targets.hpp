@@ -1,7 +1,8 @@
 // The instruction sets for which Highway compiles kernels. Included before any header of Highway.
 #pragma once
 
-// Highway's own assertions would need its library at link time; without them its headers are enough.
+// Highway's own assertions would need its library at link time; without them its headers are
+// enough.
 #define HWY_IS_DEBUG_BUILD 0
 
 // Built: SSE4, AVX2, AVX-512 (as of Ice Lake and Zen 4, which compress bytes; earlier AVX-512
