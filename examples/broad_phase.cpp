@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <functional>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -68,10 +69,36 @@ int main() {
   broad_phase = saved;
   CHECK(broad_phase.is_alive(ground));
 
+  // snippet-begin: raycast
+  // From (0.5, 5, 0.5) downward. A maximum distance and a layer mask are optional.
+  const std::optional<throng::RayHit> hit = broad_phase.raycast({0.5f, 5, 0.5f}, {0, -1, 0}, 100);
+  if (hit) {
+    std::printf("hits object %u after %g, at height %g; normal (%g, %g, %g)\n", hit->object,
+                hit->distance, hit->point.y, hit->normal.x, hit->normal.y, hit->normal.z);
+  }
+  // snippet-end: raycast
+  CHECK(hit && hit->object == ground && hit->distance == 5 && hit->normal.y == 1);
+  // snippet-begin: raycast_filter
+  constexpr std::uint32_t walls = 1, props = 2;  // bits of Filter::group
+  const throng::ObjectId shooter = ids[3];
+  const throng::Vec3 eye = broad_phase.box(shooter).lower;
+  const auto target = broad_phase.raycast(eye, {1, 0, 0}, 100, walls | props,
+                                          [&](throng::ObjectId id) { return id != shooter; });
+  // snippet-end: raycast_filter
+  CHECK(target && target->object != shooter);
+  // snippet-begin: raycast_status
+  std::optional<throng::RayHit> ground_hit;
+  throng::Filter of_ray;
+  of_ray.world = 7;  // hits the objects of this world, and those of every world
+  result = broad_phase.raycast({0.5f, 5, 0.5f}, {0, -1, 0}, 100, of_ray, {}, ground_hit);
+  if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
+  // snippet-end: raycast_status
+  CHECK(result.ok() && ground_hit && ground_hit->object == ground);
+
   // snippet-begin: sweeps
-  const throng::Vec3 eye = {0.5f, 5, 0.5f};
+  const throng::Vec3 from = {0.5f, 5, 0.5f};
   const std::vector<throng::Sweep> sweeps = {
-      {{eye, eye}, {0, -100, 0}},              // a ray: a point that moves down by 100
+      {{from, from}, {0, -100, 0}},            // a ray: a point that moves down by 100
       {{{20, 3, 0}, {24, 4, 1}}, {30, 0, 0}},  // a box that moves along x
   };
   result = broad_phase.find_hits(sweeps.data(), sweeps.size(), throng::SweepHits::first);
@@ -83,27 +110,27 @@ int main() {
   CHECK(broad_phase.hits().size() == 1 && broad_phase.hits()[0].object == ground);
   // snippet-begin: overlaps
   const std::vector<throng::Box> regions = {{{0, 0, 0}, {100, 10, 10}}};
-  result = broad_phase.find_overlaps(regions);
+  const auto not_ground = [&](throng::ObjectId id) { return id != ground; };
+  result = broad_phase.find_overlaps(regions, not_ground);  // the filter is optional
   if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
   for (const throng::Pair& pair : broad_phase.overlaps()) {
     std::printf("object %u is in region %u\n", pair.second, pair.first);
   }
   // snippet-end: overlaps
-  CHECK(broad_phase.overlaps().size() > 50);
+  CHECK(broad_phase.overlaps().size() > 50 && broad_phase.overlaps()[0].second != ground);
 
   // snippet-begin: query
-  // Leaves out the object that casts the ray. An engine would also test the exact shape here.
-  const auto not_shooter = [](void* shooter, std::uint32_t, throng::ObjectId object, double time) {
-    return object == *static_cast<throng::ObjectId*>(shooter) ? 2 : time;  // above 1: no hit
-  };
-  const auto shoot = [&](throng::ObjectId shooter, throng::SweepHit& hit) {
+  const auto shoot = [&](throng::ObjectId caster, throng::SweepHit& first) {
     throng::BroadPhaseQuery query;  // one per thread; an engine keeps it
-    const throng::Vec3 at = broad_phase.box(shooter).lower, from = {at.x + 0.5f, 0.5f, 0.5f};
-    const throng::Sweep ray = {{from, from}, {100, 0, 0}};
-    const throng::SweepTest test = {not_shooter, &shooter};
+    const throng::Vec3 at = broad_phase.box(caster).lower;
+    const throng::Sweep ray = {{at, at}, {100, 0, 0}};
+    // Leaves out the object that casts the ray. An engine would also test the exact shape here.
+    const auto test = [&](std::uint32_t, throng::ObjectId object, double time) {
+      return object == caster ? 2 : time;  // above 1: no hit
+    };
     const throng::Result result_of_ray =
         query.find_hits(broad_phase, &ray, 1, throng::SweepHits::first, {}, test);
-    if (result_of_ray.ok() && !query.hits().empty()) hit = query.hits()[0];
+    if (result_of_ray.ok() && !query.hits().empty()) first = query.hits()[0];
   };
   throng::SweepHit hits[2] = {};
   std::thread other(shoot, ids[0], std::ref(hits[0]));

@@ -1,8 +1,10 @@
 // Boxes inside the caller's structures, filters, layers, a trigger, and two sets.
 #include <throng/throng.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <iterator>
 #include <vector>
 
 #include "check.hpp"
@@ -76,6 +78,20 @@ int main() {
   const auto pairs = throng::find_pairs(view(bodies), options);
   const std::vector<throng::Pair> wanted = {{0, 1}, {0, 3}, {0, 4}, {1, 3}, {1, 4}};
   CHECK(pairs == wanted);
+
+  // snippet-begin: lambda
+  const auto allowed = [&](throng::Pair pair) {
+    return bodies[pair.first].mass != 0 && bodies[pair.second].mass != 0;
+  };
+  throng::Finder finder;
+  std::vector<throng::Pair> heavy;
+  const throng::Result result =
+      finder.consume(view(bodies), [&](const throng::Pair* found, std::size_t count) {
+        std::copy_if(found, found + count, std::back_inserter(heavy), allowed);
+        return true;  // false: stop
+      });
+  // snippet-end: lambda
+  CHECK(result.ok() && heavy == std::vector<throng::Pair>({{0, 1}}));
 
   // snippet-begin: two_sets
   const std::vector<throng::Box> rays = {{{0.1f, 0.5f, -9}, {0.1f, 0.5f, 9}}};

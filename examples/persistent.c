@@ -36,12 +36,15 @@ int main(void) {
   // snippet-end: persistent
 
   // snippet-begin: ray
-  const throng_sweep ray = {{{-9, 0.5f, 0.5f}, {-9, 0.5f, 0.5f}}, {20, 0, 0}};
-  if (throng_broad_phase_find_hits(broad_phase, &ray, 1, THRONG_HITS_FIRST, NULL) == THRONG_OK) {
-    const throng_sweep_hit* hits = throng_broad_phase_hits(broad_phase, &count);
-    if (count > 0) printf("the ray hits %u at t = %g\n", hits[0].object, hits[0].time);
+  const float origin[3] = {-9, 0.5f, 0.5f}, direction[3] = {1, 0, 0};
+  const uint32_t all_layers = 0xffffffffu;
+  throng_ray_hit hit;
+  status = throng_broad_phase_raycast(broad_phase, origin, direction, 20, all_layers, &hit);
+  if (status == THRONG_OK && hit.object != THRONG_NO_OBJECT) {
+    printf("the ray hits %u after %g; normal %g %g %g\n", hit.object, hit.distance, hit.normal[0],
+           hit.normal[1], hit.normal[2]);
   }
   throng_broad_phase_destroy(broad_phase);
   // snippet-end: ray
-  return status == THRONG_OK && began == 1 && ended == 1 ? 0 : 1;
+  return status == THRONG_OK && began == 1 && ended == 1 && hit.object == ids[0] ? 0 : 1;
 }

@@ -3,6 +3,7 @@
 #include <throng/throng.hpp>
 
 #include <cstdio>
+#include <optional>
 #include <vector>
 
 // A row of unit cubes. Every third cube moves along x.
@@ -57,13 +58,10 @@ int main() {
   // snippet-end: update
 
   // snippet-begin: ray
-  const throng::Vec3 eye = {1.25f, 5, 0.5f};
-  const throng::Sweep ray = {{eye, eye}, {0, -100, 0}};  // a point that moves down by 100
-  result = broad_phase.find_hits(&ray, 1, throng::SweepHits::first);
-  if (result.ok() && !broad_phase.hits().empty()) {
-    const throng::SweepHit hit = broad_phase.hits()[0];
-    std::printf("the ray hits object %u at t = %g: %s\n", hit.object, hit.time,
-                hit.object == ground ? "the ground" : "a cube");
+  const throng::Vec3 eye = {1.25f, 5, 0.5f}, down = {0, -1, 0};
+  if (const std::optional<throng::RayHit> hit = broad_phase.raycast(eye, down, 100)) {
+    std::printf("the ray hits object %u after %g: %s\n", hit->object, hit->distance,
+                hit->object == ground ? "the ground" : "a cube");
   }
   // snippet-end: ray
 }

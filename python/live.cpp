@@ -1,5 +1,6 @@
 // BroadPhase: persistent objects.
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -7,10 +8,12 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/unique_ptr.h>
 
 #include <throng/broad_phase.hpp>
@@ -169,6 +172,12 @@ class QueryObject {
   std::atomic<bool> stop_{false}, busy_{false};
 };
 
+// Three coordinates, rounded to the nearest float32.
+using Vector = std::array<double, 3>;
+Vec3 vector_of(const Vector& v) {
+  return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
 class LiveObject {
  public:
   LiveObject(nb::handle margin, nb::handle nan, nb::handle inverted, nb::handle threads,
@@ -293,6 +302,28 @@ class LiveObject {
                        const nb::tuple& f) const {
     const QuerySweeps given(boxes, by, which, f);
     return query([&](QueryObject& q, const BroadPhase& b) { return q.find_hits(b, given); });
+  }
+
+  // None, or (object, distance, point, normal). Other threads may query at once: the library itself
+  // refuses conflicting calls.
+  nb::object raycast(const Vector& origin, const Vector& direction, double max_distance,
+                     std::uint32_t layer_mask, std::int64_t world) const {
+    if (world > 0x7fffffff)
+      value_error("world: found " + std::to_string(world) + ", wanted at most 2147483647");
+    Filter of_ray;
+    of_ray.mask = layer_mask;
+    of_ray.world = static_cast<std::int32_t>(world);
+    std::optional<RayHit> hit;
+    Result result;
+    std::atomic<bool> not_stopped{false};
+    run_unlocked(false, not_stopped, [&] {
+      result =
+          live_.raycast(vector_of(origin), vector_of(direction), max_distance, of_ray, {}, hit);
+    });
+    require_ok(result);
+    if (!hit) return nb::none();
+    const auto tuple_of = [](const Vec3& v) { return nb::make_tuple(v.x, v.y, v.z); };
+    return nb::make_tuple(hit->object, hit->distance, tuple_of(hit->point), tuple_of(hit->normal));
   }
 
   bool is_alive(nb::handle id) const {
@@ -459,6 +490,8 @@ void bind_live(nb::module_& m) {
       .def("find_overlaps", &LiveObject::find_overlaps, nb::arg("boxes").none(), nb::arg("filters"))
       .def("find_hits", &LiveObject::find_hits, nb::arg("boxes").none(), nb::arg("by").none(),
            nb::arg("which").none(), nb::arg("filters"))
+      .def("raycast", &LiveObject::raycast, nb::arg("origin"), nb::arg("direction"),
+           nb::arg("max_distance"), nb::arg("layer_mask"), nb::arg("world"))
       .def("is_alive", &LiveObject::is_alive, nb::arg("id").none())
       .def("box", &LiveObject::box, nb::arg("id").none())
       .def("filter", &LiveObject::filter, nb::arg("id").none())

@@ -40,18 +40,23 @@ assert result.found == broad_phase.pair_count == len(broad_phase.pairs) and len(
 
 # snippet-begin: ray
 above = boxes[500, :3] + numpy.array([0.1, 0.1, 100], numpy.float32)
-origin = above.reshape(1, 3)
-direction = numpy.array([[0, 0, -200]], numpy.float32)
-hits, times = broad_phase.find_hits((origin, origin), direction, which="first")
-for (ray, object_id), time in zip(hits, times):
-    print(f"ray {ray} hits object {object_id} at {origin[ray] + time * direction[ray]}")
+hit = broad_phase.raycast(above, (0, 0, -1), max_distance=200)
+if hit is not None:
+    print(f"the ray hits object {hit.object} after {hit.distance:g}, at {hit.point}, normal {hit.normal}")
 # snippet-end: ray
-assert len(hits) == 1
+assert hit is not None and hit.normal == (0, 0, 1)
+
+# snippet-begin: rays
+origins = boxes[:, :3] + numpy.array([0.1, 0.1, 100], numpy.float32)  # one ray per row
+directions = numpy.full_like(origins, (0, 0, -200))
+hits, times = broad_phase.find_hits((origins, origins), directions, which="first")
+# snippet-end: rays
+assert len(hits) == len(boxes) and hits[500, 1] == hit.object
 
 # snippet-begin: query
 query = throng.BroadPhaseQuery(threads=1)  # one per thread
 overlaps = query.find_overlaps(broad_phase, boxes[:10])  # box, object
-hits, times = query.find_hits(broad_phase, (origin, origin), direction)
+hits, times = query.find_hits(broad_phase, (origins, origins), directions)
 # snippet-end: query
 assert len(overlaps) >= 10 and len(hits) > 0
 

@@ -6,6 +6,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <optional>
+#include <type_traits>
 
 #include <throng/export.h>
 #include <throng/boxes.hpp>
@@ -56,9 +59,68 @@ enum class SweepHits : std::uint8_t {
 // only for objects that can still matter, possibly several times per object, in any order and on
 // any thread that runs the query. It must be deterministic, must not throw, and must not call the
 // BroadPhase or BroadPhaseQuery. Queries with a test are not captured.
+//
+// It is a reference: a callable must outlive the call. Two kinds of callables convert to it: the
+// test, double(std::uint32_t sweep, ObjectId object, double time), and a filter, bool(ObjectId).
 struct SweepTest {
-  double (*when)(void* context, std::uint32_t sweep, ObjectId object, double time) = nullptr;
+  using Function = double (*)(void* context, std::uint32_t sweep, ObjectId object, double time);
+  Function when = nullptr;
   void* context = nullptr;
+
+  constexpr SweepTest() noexcept = default;
+  constexpr SweepTest(Function function, void* its_context) noexcept
+      : when(function), context(its_context) {}
+
+  template <
+      class F,
+      std::enable_if_t<std::is_invocable_r_v<double, F&, std::uint32_t, ObjectId, double>, int> = 0>
+  SweepTest(F&& f) noexcept  // NOLINT(google-explicit-constructor): a function reference
+      : when([](void* callable, std::uint32_t sweep, ObjectId object, double time) -> double {
+          return (*static_cast<std::remove_reference_t<F>*>(callable))(sweep, object, time);
+        }),
+        context(const_cast<void*>(static_cast<const void*>(&f))) {
+    static_assert(!std::is_same_v<std::invoke_result_t<F&, std::uint32_t, ObjectId, double>, bool>,
+                  "a test returns the time of the hit; a filter takes only the ObjectId");
+  }
+  template <class F, std::enable_if_t<std::is_invocable_r_v<bool, F&, ObjectId>, long> = 0>
+  SweepTest(F&& f) noexcept  // NOLINT(google-explicit-constructor): a function reference
+      : when([](void* callable, std::uint32_t, ObjectId object, double time) -> double {
+          return (*static_cast<std::remove_reference_t<F>*>(callable))(object) ? time : 2;
+        }),
+        context(const_cast<void*>(static_cast<const void*>(&f))) {}
+};
+// A reference to a callable bool(ObjectId): whether a query may report the object. Without one, all
+// are. The callable must outlive the call, be deterministic and not throw. It may call const
+// functions of the BroadPhase. Queries with a filter are not captured.
+class ObjectFilter {
+ public:
+  using Function = bool (*)(void* context, ObjectId object);
+  constexpr ObjectFilter() noexcept = default;
+  constexpr ObjectFilter(Function function, void* context) noexcept
+      : function_(function), context_(context) {}
+
+  template <class F, std::enable_if_t<!std::is_same_v<std::decay_t<F>, ObjectFilter> &&
+                                          std::is_invocable_r_v<bool, F&, ObjectId>,
+                                      int> = 0>
+  ObjectFilter(F&& f) noexcept  // NOLINT(google-explicit-constructor): a function reference
+      : function_([](void* context, ObjectId object) -> bool {
+          return (*static_cast<std::remove_reference_t<F>*>(context))(object);
+        }),
+        context_(const_cast<void*>(static_cast<const void*>(&f))) {}
+
+  explicit operator bool() const noexcept { return function_ != nullptr; }
+  bool operator()(ObjectId object) const { return !function_ || function_(context_, object); }
+
+ private:
+  Function function_ = nullptr;
+  void* context_ = nullptr;
+};
+// The closest hit of a ray: see BroadPhase::raycast.
+struct RayHit {
+  ObjectId object;
+  double distance;  // world units; 0: the ray starts in the box
+  Vec3 point;       // a point of the box
+  Vec3 normal;      // of length 1: of the face that the ray enters
 };
 // A view of hits that a BroadPhase or a BroadPhaseQuery owns, sorted by sweep.
 using SweepHitList = ArrayView<SweepHit>;
@@ -149,7 +211,8 @@ class THRONG_API BroadPhase {
   // All objects that each box overlaps, subject to the filters of the view: first is the index of
   // the box, second the object; sorted. The Result has their number.
   // Cost: per box log n + its overlaps.
-  Result find_overlaps(const Boxes& boxes) noexcept;
+  // `filter` is called once for each overlap, on the calling thread.
+  Result find_overlaps(const Boxes& boxes, ObjectFilter filter = {}) noexcept;
   Pairs overlaps() const noexcept;
   // The objects that each sweep hits (ray cast, shape cast). On each axis the times of contact are
   // computed in doubles,
@@ -165,6 +228,39 @@ class THRONG_API BroadPhase {
   Result find_hits(const Sweep* sweeps, std::size_t count, SweepHits which = SweepHits::all,
                    const Filters& filters = {}, const SweepTest& test = {}) noexcept;
   SweepHitList hits() const noexcept;
+
+  // The closest object that one ray hits within `max_distance`, which may be infinite; none: no
+  // value. The direction may have any length. An object is considered if its group has a bit of
+  // `layer_mask`, and `filter` allows it; its own mask must not be 0.
+  //
+  // For each axis on which the direction is not 0, these are computed in doubles:
+  //   (object.lower - origin) / direction  ..  (object.upper - origin) / direction
+  // For a negative direction they change places. On an axis on which the direction is 0, the origin
+  // must be between lower and upper. The ray enters at t, the largest of 0 and the first numbers of
+  // the axes. It hits if t is finite and no second number is below t. The distance is
+  // t * |direction|. The closest hit is that of the smallest t, among equal ones that of the lowest
+  // id. So touching counts, and max_distance itself is within reach.
+  //
+  // `normal` is that of the face that the ray enters; at an edge or corner that of the first axis.
+  // On that axis `point` is exactly on the face; on the others it is origin + t * direction,
+  // rounded and moved into the box. If the ray starts in the box, faces included, the distance is
+  // 0, `point` is the origin and `normal` the opposite of the direction.
+  //
+  // Const and thread-safe: any number of threads may cast rays at once, also during calls on a
+  // BroadPhaseQuery. During other calls it is refused with Status::busy, and those during a ray
+  // cast. It stores no results and allocates nothing, but as any query it may build an index first.
+  // It does not check Options::stop and is not captured. For many rays find_hits() is faster.
+  // Throws Error: an origin or direction that is not finite, a direction of 0, a negative distance.
+  // Cost: log n + what lies along the path, up to the hit.
+  std::optional<RayHit> raycast(const Vec3& origin, const Vec3& direction,
+                                double max_distance = std::numeric_limits<double>::infinity(),
+                                std::uint32_t layer_mask = 0xffffffffu,
+                                ObjectFilter filter = {}) const;
+  // The same with all filter values of the ray, which work as for two objects, and reporting
+  // through a Result; `hit` has no value if it fails.
+  Result raycast(const Vec3& origin, const Vec3& direction, double max_distance,
+                 const Filter& of_ray, ObjectFilter filter,
+                 std::optional<RayHit>& hit) const noexcept;
 
   bool is_alive(ObjectId id) const noexcept;
   // The current values. The id must be alive.

@@ -36,7 +36,8 @@ class THRONG_API BroadPhaseQuery {
   BroadPhaseQuery& operator=(BroadPhaseQuery&& other) noexcept;
 
   // Cost, here and below: as in BroadPhase.
-  Result find_overlaps(const BroadPhase& objects, const Boxes& boxes) noexcept;
+  Result find_overlaps(const BroadPhase& objects, const Boxes& boxes,
+                       ObjectFilter filter = {}) noexcept;
   Pairs overlaps() const noexcept;
   Result find_hits(const BroadPhase& objects, const Sweep* sweeps, std::size_t count,
                    SweepHits which = SweepHits::all, const Filters& filters = {},

@@ -22,7 +22,7 @@
 #include <throng/export.h>
 
 /* Incremented when a struct gains a field at its end, or a function or constant is added. */
-#define THRONG_C_VERSION 9
+#define THRONG_C_VERSION 10
 
 #ifdef __cplusplus
 extern "C" {
@@ -209,6 +209,17 @@ typedef struct throng_sweep {
   float by[3];
 } throng_sweep;
 
+/* The closest hit of a ray. `object` is THRONG_NO_OBJECT if nothing is hit; then all else is 0. A
+ * ray that starts in the box has distance 0, point its origin, normal the opposite of its
+ * direction. */
+typedef struct throng_ray_hit {
+  uint32_t object;
+  double distance; /* world units */
+  float point[3];  /* a point of the object's box */
+  float normal[3]; /* of length 1: of the face that the ray enters; at an edge of the first axis */
+} throng_ray_hit;
+#define THRONG_NO_OBJECT 0xffffffffu
+
 /* `time` is the time of first contact between sweep and object; 0 if they touch at the start. */
 typedef struct throng_sweep_hit {
   uint32_t sweep, object;
@@ -287,6 +298,15 @@ THRONG_API throng_status throng_broad_phase_find_hits(throng_broad_phase* broad_
 THRONG_API const throng_sweep_hit* throng_broad_phase_hits(const throng_broad_phase* broad_phase,
                                                            size_t* count);
 
+/* Casts one ray: writes the closest hit within `max_distance` (0 to INFINITY, world units),
+ * touching included, to `hit`. `origin` and `direction`: 3 finite numbers each; the direction has
+ * any length but 0. An object is considered if its group has a bit of `layer_mask`; ~0u for all
+ * layers. */
+THRONG_API throng_status throng_broad_phase_raycast(throng_broad_phase* broad_phase,
+                                                    const float* origin, const float* direction,
+                                                    double max_distance, uint32_t layer_mask,
+                                                    throng_ray_hit* hit);
+
 /* Returns 1 or 0. */
 THRONG_API int throng_broad_phase_is_alive(const throng_broad_phase* broad_phase, uint32_t id);
 /* Reads the box given last. THRONG_BAD_ID, with `box` unchanged, if the id is not alive;
@@ -320,6 +340,9 @@ typedef struct throng_query throng_query;
  * object, in any order, on each thread of the query. It must return the same value each time, and
  * must not call the broad phase or the query. */
 typedef double (*throng_sweep_test)(void* context, uint32_t sweep, uint32_t object, double time);
+/* Returns 0 for an object that a ray passes through. As for throng_sweep_test, but it may call
+ * functions that take the broad phase as const. */
+typedef int (*throng_object_filter)(void* context, uint32_t object);
 
 /* As throng_finder_create and throng_finder_destroy. */
 THRONG_API throng_query* throng_query_create(const throng_options* options);
@@ -335,6 +358,14 @@ THRONG_API throng_status throng_query_find_hits(throng_query* query,
                                                 const throng_boxes* filters, throng_sweep_test test,
                                                 void* context);
 THRONG_API const throng_sweep_hit* throng_query_hits(const throng_query* query, size_t* count);
+/* As throng_broad_phase_raycast. `of_ray`: the filter values of the ray, which work as for two
+ * objects; its mask is the layer mask; NULL for all. `filter` may be NULL. */
+THRONG_API throng_status throng_query_raycast(throng_query* query,
+                                              const throng_broad_phase* broad_phase,
+                                              const float* origin, const float* direction,
+                                              double max_distance, const throng_filter* of_ray,
+                                              throng_object_filter filter, void* context,
+                                              throng_ray_hit* hit);
 /* The result of the last query, valid until the next. */
 THRONG_API const throng_result* throng_query_result(const throng_query* query);
 THRONG_API void throng_query_stop(throng_query* query);

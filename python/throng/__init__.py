@@ -27,7 +27,7 @@ from throng._bodies import box, capsule, convex, shape_type, sphere, update_boxe
 from throng._boxes import boxes_from_center, boxes_from_intervals
 from throng._conflict import warn_of_other_project as _warn_of_other_project
 from throng._find import Finder, find_pairs
-from throng._live import BroadPhase, BroadPhaseQuery, Filter
+from throng._live import BroadPhase, BroadPhaseQuery, Filter, RayHit
 from throng._scenes import (
     load_boxes,
     save_boxes,
@@ -48,6 +48,7 @@ __all__ = [
     "Filter",
     "Finder",
     "Plan",
+    "RayHit",
     "Result",
     "StageTimes",
     "__version__",

@@ -1,6 +1,7 @@
 """Persistent objects: BroadPhase."""
 
 import copy
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple, NoReturn, Self, SupportsIndex
 
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from throng import _throng
 from throng._exchange import check_result, integer_type, like
-from throng._numbers import numbers
+from throng._numbers import number, numbers, whole
 from throng._types import (
     Array,
     BoxesLike,
@@ -33,6 +34,15 @@ class Filter(NamedTuple):
     owner: int = -1
     world: int = -1
     static: bool = False
+
+
+class RayHit(NamedTuple):
+    """What a ray hits first: see BroadPhase.raycast."""
+
+    object: int
+    distance: float
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
 
 
 class _Results:
@@ -260,6 +270,38 @@ class BroadPhase:
         """
         pairs, times = self._live.find_hits(boxes, by, which, (group, mask, owner, world, static))
         return self._results.hits(pairs, times, boxes)
+
+    def raycast(
+        self,
+        origin: Sequence[float],
+        direction: Sequence[float],
+        max_distance: float = math.inf,
+        *,
+        layer_mask: int = 0xFFFFFFFF,
+        world: int | None = None,
+    ) -> RayHit | None:
+        """The closest object that one ray hits, or None.
+
+        origin, direction: (x, y, z), or (x, y), rounded to the nearest float32; the direction may have any
+            length but 0. max_distance, and the distance of the hit, are in world units.
+        layer_mask: only objects whose group has one of these bits are hit.
+        world: only objects of this world, and those of every world, are hit; None: of all worlds.
+
+        Returns the id of the object, the distance, a point of its box, and the normal of the face that the
+        ray enters; at an edge that of the first axis. Touching counts. A ray that starts in a box has
+        distance 0, the origin as point, and the opposite of the direction as normal.
+
+        Any number of threads may cast rays at once; during a call that changes the BroadPhase it raises
+        RuntimeError. For many rays, use find_hits.
+        """
+        hit = self._live.raycast(
+            [*numbers(origin, "origin", (3, 2)), 0.0][:3],
+            [*numbers(direction, "direction", (3, 2)), 0.0][:3],
+            number(max_distance, "max_distance", infinite=True),
+            whole(layer_mask, "layer_mask"),
+            -1 if world is None else whole(world, "world"),
+        )
+        return None if hit is None else RayHit(*hit)
 
     def is_alive(self, id: int) -> bool:
         """Whether an object has this id."""

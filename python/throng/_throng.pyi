@@ -11,6 +11,7 @@ Filters: TypeAlias = tuple[Any, ...]
 MeshArrays: TypeAlias = tuple[Any, Any, tuple[float, ...] | None]
 # Lower x, y, z, upper x, y, z.
 Bounds: TypeAlias = tuple[float, float, float, float, float, float]
+Point: TypeAlias = tuple[float, float, float]
 
 __version__: str
 has_cuda: bool
@@ -313,6 +314,14 @@ class BroadPhase:
     def find_hits(
         self, boxes: Any, by: Any, which: str, filters: Filters
     ) -> tuple[NDArray[numpy.uint32], NDArray[numpy.float64]]: ...
+    def raycast(
+        self,
+        origin: list[float],
+        direction: list[float],
+        max_distance: float,
+        layer_mask: int,
+        world: int,
+    ) -> tuple[int, float, Point, Point] | None: ...
     def is_alive(self, id: int) -> bool: ...
     def box(self, id: int) -> NDArray[numpy.float32]: ...
     def filter(self, id: int) -> tuple[int, int, int, int, bool]: ...

@@ -1,4 +1,5 @@
 // Public API of queries: overlaps of boxes, and ray and shape casts.
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -59,15 +60,23 @@ bool valid_query(const tracking::Sweeps& sweeps, const Options& options, Result&
 // Shared by BroadPhase and BroadPhaseQuery. `tracker` null: there are no objects. `log`: null if
 // the query is not captured.
 void run_query(tracking::Queries& queries, tracking::Tracker* tracker, const Boxes& boxes,
-               const Options& options, capture::Log* log, Result& r) {
+               ObjectFilter filter, const Options& options, capture::Log* log, Result& r) {
   queries.overlaps().clear();
   if (!valid_query(boxes, options, r) || !tracker) return;
+  if (filter) log = nullptr;  // a callback cannot be captured
   if (log) {
     log->begin(Operation::find_overlaps, 1);
     log->boxes(boxes);
   }
   tracker->find_overlaps(queries, boxes, options, r);
   if (stopped(r)) return queries.overlaps().clear();
+  if (filter) {
+    tracking::PodVector<Pair>& all = queries.overlaps();
+    Pair* const end = std::remove_if(all.begin(), all.end(),
+                                     [&](const Pair& pair) { return !filter(pair.second); });
+    all.resize(static_cast<std::size_t>(end - all.begin()));
+    r.found = r.written = all.size();
+  }
   const Pairs found = view(queries.overlaps());
   if (log && *log) log->set_checksum(pair_checksum(found.data(), found.size()));
 }
@@ -90,9 +99,9 @@ void run_query(tracking::Queries& queries, tracking::Tracker* tracker,
 
 }  // namespace
 
-Result BroadPhase::find_overlaps(const Boxes& boxes) noexcept {
+Result BroadPhase::find_overlaps(const Boxes& boxes, ObjectFilter filter) noexcept {
   const auto body = [&](tracking::Tracker& tracker, Result& r) {
-    run_query(tracker.queries(), &tracker, boxes, options_, &Access::log(*this), r);
+    run_query(tracker.queries(), &tracker, boxes, filter, options_, &Access::log(*this), r);
   };
   return Access::call(*this, body, Access::query_memory_hint);
 }
@@ -121,10 +130,11 @@ BroadPhaseQuery& BroadPhaseQuery::operator=(BroadPhaseQuery&& other) noexcept {
   return *this;
 }
 
-Result BroadPhaseQuery::find_overlaps(const BroadPhase& objects, const Boxes& boxes) noexcept {
+Result BroadPhaseQuery::find_overlaps(const BroadPhase& objects, const Boxes& boxes,
+                                      ObjectFilter filter) noexcept {
   return Access::run_query(*this, objects,
                            [&](tracking::Queries& queries, tracking::Tracker* it, Result& r) {
-                             run_query(queries, it, boxes, options_, nullptr, r);
+                             run_query(queries, it, boxes, filter, options_, nullptr, r);
                            });
 }
 Pairs BroadPhaseQuery::overlaps() const noexcept {

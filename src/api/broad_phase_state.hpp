@@ -5,7 +5,9 @@
 #include <throng/broad_phase_query.hpp>
 
 #include <atomic>
+#include <functional>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 #include <throng/find_pairs.hpp>
@@ -98,6 +100,25 @@ struct BroadPhaseAccess {
       if (target) target->guard.unlock_shared(state.number);
     }
     state.in_call.store(false, std::memory_order_release);
+    return r;
+  }
+
+  // Runs body(tracker, result) shared with queries, on an object that is not changed; the tracker
+  // is null if there are no objects.
+  template <class F>
+  static Result read(const BroadPhase& it, F&& body) noexcept {
+    const base::FloatState float_state;
+    Result r;
+    BroadPhase::State* const state = state_of(it);
+    const auto reader =
+        static_cast<unsigned>(std::hash<std::thread::id>()(std::this_thread::get_id()));
+    if (state && !state->guard.try_lock_shared(reader)) {
+      set_message(r, "another thread is in a call on this BroadPhase; retry when it has returned");
+      r.status = Status::busy;
+      return r;
+    }
+    attempt(r, query_memory_hint, [&] { body(state ? &state->tracker : nullptr, r); });
+    if (state) state->guard.unlock_shared(reader);
     return r;
   }
 

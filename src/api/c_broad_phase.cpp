@@ -2,7 +2,9 @@
 #include <throng/throng.h>
 
 #include <cstddef>
+#include <cstring>
 #include <new>
+#include <optional>
 
 #include <throng/broad_phase.hpp>
 #include <throng/broad_phase_query.hpp>
@@ -20,6 +22,10 @@ static_assert(sizeof(throng_sweep) == sizeof(throng::Sweep) &&
 static_assert(sizeof(throng_sweep_hit) == sizeof(throng::SweepHit) &&
               offsetof(throng_sweep_hit, object) == offsetof(throng::SweepHit, object) &&
               offsetof(throng_sweep_hit, time) == offsetof(throng::SweepHit, time));
+static_assert(sizeof(throng_ray_hit) == sizeof(throng::RayHit) &&
+              offsetof(throng_ray_hit, distance) == offsetof(throng::RayHit, distance) &&
+              offsetof(throng_ray_hit, point) == offsetof(throng::RayHit, point) &&
+              offsetof(throng_ray_hit, normal) == offsetof(throng::RayHit, normal));
 static_assert(THRONG_HITS_ALL == static_cast<int>(throng::SweepHits::all) &&
               THRONG_HITS_FIRST == static_cast<int>(throng::SweepHits::first));
 
@@ -71,6 +77,26 @@ throng::Result cast_sweeps(const throng_sweep* sweeps, size_t count, int which,
   }
   return cast(reinterpret_cast<const throng::Sweep*>(sweeps), count,
               static_cast<throng::SweepHits>(which), of_sweeps);
+}
+
+// The name of a missing argument of a ray cast, or null.
+const char* missing_of_ray(const float* origin, const float* direction,
+                           const throng_ray_hit* hit) noexcept {
+  if (!origin) return "origin of the ray";
+  if (!direction) return "direction of the ray";
+  return hit ? nullptr : "ray hit to write";
+}
+
+throng::Result cast_ray(const throng::BroadPhase& objects, const float* origin,
+                        const float* direction, double max_distance, const throng::Filter& of_ray,
+                        throng::ObjectFilter filter, throng_ray_hit* out) noexcept {
+  std::optional<throng::RayHit> hit;
+  const throng::Result r =
+      objects.raycast({origin[0], origin[1], origin[2]}, {direction[0], direction[1], direction[2]},
+                      max_distance, of_ray, filter, hit);
+  const throng::RayHit none{THRONG_NO_OBJECT, 0, {0, 0, 0}, {0, 0, 0}};
+  std::memcpy(out, hit ? &*hit : &none, sizeof *out);
+  return r;
 }
 
 }  // namespace
@@ -177,6 +203,17 @@ const throng_sweep_hit* throng_broad_phase_hits(const throng_broad_phase* broad_
   return as_c_list<throng_sweep_hit>(found, count);
 }
 
+throng_status throng_broad_phase_raycast(throng_broad_phase* broad_phase, const float* origin,
+                                         const float* direction, double max_distance,
+                                         uint32_t layer_mask, throng_ray_hit* hit) {
+  const char* missing = missing_of_ray(origin, direction, hit);
+  return run_call(broad_phase, !missing, missing, [&] {
+    throng::Filter of_ray;
+    of_ray.mask = layer_mask;
+    return cast_ray(broad_phase->objects, origin, direction, max_distance, of_ray, {}, hit);
+  });
+}
+
 int throng_broad_phase_is_alive(const throng_broad_phase* broad_phase, uint32_t id) {
   return broad_phase && broad_phase->objects.is_alive(id);
 }
@@ -243,6 +280,21 @@ throng_status throng_query_find_hits(throng_query* query, const throng_broad_pha
 }
 const throng_sweep_hit* throng_query_hits(const throng_query* query, size_t* count) {
   return as_c_list<throng_sweep_hit>(query ? query->queries.hits() : throng::SweepHitList(), count);
+}
+
+throng_status throng_query_raycast(throng_query* query, const throng_broad_phase* broad_phase,
+                                   const float* origin, const float* direction, double max_distance,
+                                   const throng_filter* of_ray, throng_object_filter filter,
+                                   void* context, throng_ray_hit* hit) {
+  const char* missing = broad_phase ? missing_of_ray(origin, direction, hit) : "broad phase";
+  return run_call(query, !missing, missing, [&] {
+    throng::Filter values;
+    if (of_ray)
+      values = {of_ray->group, of_ray->mask, of_ray->owner, of_ray->world, of_ray->is_static};
+    const auto allowed = [&](throng::ObjectId id) { return filter(context, id) != 0; };
+    return cast_ray(broad_phase->objects, origin, direction, max_distance, values,
+                    filter ? throng::ObjectFilter(allowed) : throng::ObjectFilter(), hit);
+  });
 }
 
 const throng_result* throng_query_result(const throng_query* query) {

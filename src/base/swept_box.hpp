@@ -26,6 +26,17 @@ inline Boxes boxes_of(const Sweep* sweeps, std::size_t count, const Filters& fil
   return boxes;
 }
 
+// A sweep with its displacement in doubles, which may exceed the range of floats: that of a Sweep,
+// or of a ray (ray.hpp).
+struct MovingBox {
+  Box box;
+  double by[3];
+
+  MovingBox() noexcept = default;
+  THRONG_HD explicit MovingBox(const Sweep& s) noexcept : box(s.box), by{s.by.x, s.by.y, s.by.z} {}
+  MovingBox(const Box& start, double x, double y, double z) noexcept : box(start), by{x, y, z} {}
+};
+
 struct SweepAxis {
   float lower, upper, by;
 };
@@ -36,30 +47,34 @@ THRONG_HD inline void axes_of(const Sweep& s, SweepAxis (&axes)[3]) noexcept {
 }
 
 // The time interval in which a moving box touches another: `enter` .. `leave`, if enter <= leave.
-// Divisions and differences of floats in doubles neither overflow nor produce NaN, except where two
-// infinite bounds meet: those boxes touch from the start on that axis.
+// Differences of floats in doubles, divided by a displacement between 2^-500 and 2^500, neither
+// overflow nor produce NaN, except where two infinite bounds meet: those boxes touch from the start
+// on that axis.
 struct ContactInterval {
   double enter, leave;
 };
-THRONG_HD inline ContactInterval contact_interval(const Sweep& sweep, const Box& b) noexcept {
-  SweepAxis axes[3];
-  axes_of(sweep, axes);
+THRONG_HD inline ContactInterval contact_interval(const MovingBox& sweep, const Box& b) noexcept {
+  const float start_lower[3] = {sweep.box.lower.x, sweep.box.lower.y, sweep.box.lower.z};
+  const float start_upper[3] = {sweep.box.upper.x, sweep.box.upper.y, sweep.box.upper.z};
   const float lower[3] = {b.lower.x, b.lower.y, b.lower.z};
   const float upper[3] = {b.upper.x, b.upper.y, b.upper.z};
   ContactInterval t{0, 1};
   for (int k = 0; k < 3; ++k) {
-    const double by = axes[k].by;
+    const double by = sweep.by[k];
     if (by == 0) {
-      if (lower[k] <= axes[k].upper && axes[k].lower <= upper[k]) continue;
+      if (lower[k] <= start_upper[k] && start_lower[k] <= upper[k]) continue;
       return {1, 0};
     }
-    const double at_lower = (double{lower[k]} - double{axes[k].upper}) / by;
-    const double at_upper = (double{upper[k]} - double{axes[k].lower}) / by;
+    const double at_lower = (double{lower[k]} - double{start_upper[k]}) / by;
+    const double at_upper = (double{upper[k]} - double{start_lower[k]}) / by;
     const double first = by < 0 ? at_upper : at_lower, last = by < 0 ? at_lower : at_upper;
     if (first > t.enter) t.enter = first;  // false for a NaN
     if (last < t.leave) t.leave = last;
   }
   return t;
+}
+THRONG_HD inline ContactInterval contact_interval(const Sweep& sweep, const Box& b) noexcept {
+  return contact_interval(MovingBox(sweep), b);
 }
 
 // Conservative bounds of a sweep between two times in 0 .. 1. Every contact that contact_interval()
@@ -73,15 +88,11 @@ THRONG_HD inline ContactInterval contact_interval(const Sweep& sweep, const Box&
 class SweptBounds {
  public:
   SweptBounds() noexcept = default;
-  THRONG_HD explicit SweptBounds(const Sweep& sweep) noexcept {
-    SweepAxis axes[3];
-    axes_of(sweep, axes);
-    for (int k = 0; k < 3; ++k) {
-      by_[k] = axes[k].by;
-      lower_[k] = axes[k].lower;
-      upper_[k] = axes[k].upper;
-    }
-  }
+  THRONG_HD explicit SweptBounds(const MovingBox& sweep) noexcept
+      : lower_{sweep.box.lower.x, sweep.box.lower.y, sweep.box.lower.z},
+        upper_{sweep.box.upper.x, sweep.box.upper.y, sweep.box.upper.z},
+        by_{sweep.by[0], sweep.by[1], sweep.by[2]} {}
+  THRONG_HD explicit SweptBounds(const Sweep& sweep) noexcept : SweptBounds(MovingBox(sweep)) {}
   THRONG_HD Box operator()(double begin, double end) const noexcept {
     float lower[3], upper[3];
     for (int k = 0; k < 3; ++k) {

@@ -59,8 +59,8 @@ class BvhForest {
   // except those that the sweep meets after time `first`, which visit() may decrease. Visits nearer
   // children first if `to_first`. `cover`: of the sweep.
   template <class Visit>
-  void cast(const Sweep& sweep, const base::SweptBounds& cover, const Filter& filter, bool to_first,
-            const double& first, Work& work, Visit&& visit) const;
+  void cast(const base::MovingBox& sweep, const base::SweptBounds& cover, const Filter& filter,
+            bool to_first, const double& first, Work& work, Visit&& visit) const;
 
   void reserve_for(const BvhForest& other);
   void copy(const BvhForest& other) noexcept;
@@ -185,8 +185,9 @@ void BvhForest::search(const Box& box, const Filter& filter, Work& work, F&& f) 
 }
 
 template <class Visit>
-void BvhForest::cast(const Sweep& sweep, const base::SweptBounds& cover, const Filter& filter,
-                     bool to_first, const double& first, Work& work, Visit&& visit) const {
+void BvhForest::cast(const base::MovingBox& sweep, const base::SweptBounds& cover,
+                     const Filter& filter, bool to_first, const double& first, Work& work,
+                     Visit&& visit) const {
   struct StackEntry {
     NodeRef ref;
     double enter;
@@ -198,7 +199,7 @@ void BvhForest::cast(const Sweep& sweep, const base::SweptBounds& cover, const F
     const base::ContactInterval tree_touch = base::contact_interval(sweep, tree.bounds);
     if (tree_touch.enter > tree_touch.leave || tree_touch.enter > first) continue;
     // No box in the tree is first met later.
-    const CellLineSweepPrefilter prefilter(SweepPrefilterTerms(sweep, cover, tree_touch.leave));
+    const CellLineSweepPrefilter prefilter(SweepPrefilterTerms(sweep.box, cover, tree_touch.leave));
     std::uint32_t depth = 0;
     stack[depth++] = {tree.root, tree_touch.enter};
     while (depth != 0) {

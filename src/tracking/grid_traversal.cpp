@@ -7,7 +7,7 @@
 namespace throng::tracking {
 
 void GridTraversal::start(const Cells& cells, const BlockOccupancy* blocks, Cells::Worlds worlds,
-                          const Sweep& sweep, const base::SweptBounds& cover,
+                          const base::MovingBox& sweep, const base::SweptBounds& cover,
                           bool to_first) noexcept {
   cells_ = &cells;
   sweep_ = &sweep;

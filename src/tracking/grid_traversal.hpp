@@ -35,7 +35,7 @@ class GridTraversal {
   // Prefetches the first cells; only a few if the traversal may end early (`to_first`). `cover`: of
   // the sweep. With block data (Cells::blocks), layers of empty blocks are skipped.
   void start(const Cells& cells, const BlockOccupancy* blocks, Cells::Worlds worlds,
-             const Sweep& sweep, const base::SweptBounds& cover, bool to_first) noexcept;
+             const base::MovingBox& sweep, const base::SweptBounds& cover, bool to_first) noexcept;
 
   // Calls visit(line, k) for each box k of a line that passes the CellLineSweepPrefilter, possibly
   // several times, until no remaining box can be met before time `first`, which visit() may
@@ -102,7 +102,7 @@ class GridTraversal {
   Cells::Worlds worlds_;
   double lower_[3], upper_[3], by_[3];  // the swept bounds, in units
   base::ContactInterval interval_;      // time interval
-  const Sweep* sweep_;
+  const base::MovingBox* sweep_;
   const base::SweptBounds* cover_;
   CellMap::Range whole_range_, range_;  // units of the whole interval; cells of the next layer
   std::uint64_t left_, far_cells_;      // cell budget; see far_cell_count()
@@ -128,10 +128,11 @@ template <class F>
 bool GridTraversal::traverse(const double& first, Work& work, F&& visit) {
   if (worlds_.all) return false;
   if (cells_->has_wide())
-    visit_chain(CellLineSweepPrefilter(SweepPrefilterTerms(*sweep_, *cover_, 1)),
+    visit_chain(CellLineSweepPrefilter(SweepPrefilterTerms(sweep_->box, *cover_, 1)),
                 cells_->wide_bucket(), work, visit);
   if (count_ == 0 && is_over()) return true;
-  const CellLineSweepPrefilter prefilter(SweepPrefilterTerms(*sweep_, *cover_, interval_.leave));
+  const CellLineSweepPrefilter prefilter(
+      SweepPrefilterTerms(sweep_->box, *cover_, interval_.leave));
   for (;;) {
     visit_listed(prefilter, work, visit);
     if (is_over() || first < cursors_[next_].begin) return true;

@@ -34,12 +34,14 @@ double cost_of(const Columns& columns, const Box& box) noexcept {
   return columns.grid_query.cost(columns.grid_query.columns_in(box)) + cost_of_changed(columns);
 }
 // A sweep is divided into as many pieces as it crosses columns.
-double pieces(const Columns& columns, const Sweep& s) noexcept {
+double pieces(const Columns& columns, const base::MovingBox& s) noexcept {
   const Vec3& at = s.box.lower;
-  return columns.grid_query.columns_between(at, {at.x + s.by.x, at.y + s.by.y, at.z + s.by.z}) +
+  const auto end = [](float x, double by) { return static_cast<float>(x + by); };
+  return columns.grid_query.columns_between(
+             at, {end(at.x, s.by[0]), end(at.y, s.by[1]), end(at.z, s.by[2])}) +
          1.0;
 }
-double cost_of(const Columns& columns, const Sweep& sweep) noexcept {
+double cost_of(const Columns& columns, const base::MovingBox& sweep) noexcept {
   const double count = pieces(columns, sweep);
   const Box piece = base::SweptBounds(sweep)(0, 1 / count);
   return count * columns.grid_query.cost(columns.grid_query.columns_in(piece)) +
@@ -92,7 +94,7 @@ void load_filter(Filter& f, const Filters& from, std::size_t i) noexcept {
 double QueryIndex::cost(const Objects& objects, const Box& box) const noexcept {
   return min_cost(objects, columns, box);
 }
-double QueryIndex::cost(const Objects& objects, const Sweep& sweep) const noexcept {
+double QueryIndex::cost(const Objects& objects, const base::MovingBox& sweep) const noexcept {
   return min_cost(objects, columns, sweep);
 }
 
@@ -110,6 +112,11 @@ struct Queries::OverlapState {
 
 // The same for a sweep.
 struct Queries::SweepState {
+  SweepState() noexcept = default;
+  SweepState(const SweepState&) = delete;  // the traversal refers to the other members
+  SweepState& operator=(const SweepState&) = delete;
+
+  base::MovingBox sweep;
   base::SweptBounds cover;
   GridTraversal traversal;
 };
@@ -212,24 +219,25 @@ Work Queries::find_overlaps(const Objects& objects, const QueryIndex& query_inde
 
 namespace {
 
-// Collects the hits of one sweep among candidate objects.
+// Collects the hits of one sweep among candidate objects: the first one, or all in `found`.
 class HitCollector {
  public:
-  HitCollector(const Objects& objects, const Sweeps& sweeps, const FilterCheck& allowed,
-               std::size_t i, PodVector<SweepHit>& found) noexcept
-      : sweep(sweeps.data[i]),
-        filter(allowed.filter(i)),
+  HitCollector(const Objects& objects, const Cast& cast, const FilterCheck& allowed,
+               std::uint32_t sweep_index, PodVector<SweepHit>* found) noexcept
+      : sweep(cast.path),
+        filter(cast.filter),
         objects_(objects),
         allowed_(allowed),
-        test_(sweeps.test),
-        only_first_(sweeps.which == SweepHits::first),
+        test_(cast.test),
         expanded_(objects.margin() != 0),
-        sweep_index_(static_cast<std::uint32_t>(i)),
-        best_{sweep_index_, none, 2},
+        best_{sweep_index, none, cast.last_time},
         found_(found) {}
 
-  // Time of the first hit so far, or 2.
+  bool only_first() const noexcept { return !found_; }
+  // Time of the first hit so far, or the last that counts.
   const double& first() const noexcept { return best_.time; }
+  // The first hit, if any: otherwise its object is `none`.
+  const SweepHit& best() const noexcept { return best_; }
   void test_object(ObjectId id) {
     const Box& box = objects_.body(id).box;
     if (base::is_active(box)) test_box(id, box);
@@ -241,15 +249,11 @@ class HitCollector {
   // Tests all objects.
   void test_all(const base::SweptBounds& cover, Work& work) {
     work.visited += objects_.limit();
-    ObjectSweepPrefilter(SweepPrefilterTerms(sweep, cover, 1)).each(objects_, [this](ObjectId id) {
-      test_object(id);
-    });
-  }
-  void finish() {
-    if (only_first_ && best_.object != none) found_.append(best_);
+    ObjectSweepPrefilter(SweepPrefilterTerms(sweep.box, cover, 1))
+        .each(objects_, [this](ObjectId id) { test_object(id); });
   }
 
-  const Sweep& sweep;
+  const base::MovingBox& sweep;
   const Filter filter;
   double begin = 0;  // hits up to this time were reported by earlier pieces; 0: the first piece
 
@@ -261,29 +265,84 @@ class HitCollector {
     if (!allowed_(filter, id)) return;
     const base::ContactInterval t = base::contact_interval(sweep, box);
     if (t.enter > t.leave || (begin != 0 && t.enter <= begin)) return;
-    if (only_first_ && !is_better(t.enter, id)) return;
+    if (only_first() && !is_better(t.enter, id)) return;
     double time = t.enter;
     if (test_.when) {
-      const double tested_time = test_.when(test_.context, sweep_index_, id, time);
+      const double tested_time = test_.when(test_.context, best_.sweep, id, time);
       if (!(tested_time <= 1)) return;
       time = std::max(time, tested_time);
     }
-    if (!only_first_)
-      found_.append({sweep_index_, id, time});
+    if (!only_first())
+      found_->append({best_.sweep, id, time});
     else if (is_better(time, id))
-      best_ = {sweep_index_, id, time};
+      best_ = {best_.sweep, id, time};
   }
 
   const Objects& objects_;
   const FilterCheck& allowed_;
   const SweepTest& test_;
-  const bool only_first_, expanded_;
-  const std::uint32_t sweep_index_;
+  const bool expanded_;
   SweepHit best_;
-  PodVector<SweepHit>& found_;
+  PodVector<SweepHit>* const found_;
 };
 
+// Visits the objects that the sweep may hit, where there are no cells or too few objects for them.
+void visit_without_cells(const Objects& objects, const QueryIndex& query_index,
+                         const base::SweptBounds& cover, HitCollector& collector, Work& work) {
+  const base::MovingBox& sweep = collector.sweep;
+  if (query_index.forest) {
+    query_index.forest->cast(
+        sweep, cover, collector.filter, collector.only_first(), collector.first(), work,
+        [&](const CellLine& line, std::uint32_t k) { collector.test_object(line, k); });
+  } else if (!query_index.cells && columns_pay(query_index, objects, sweep)) {
+    const auto test_object = [&](ObjectId id) {
+      ++work.compared;
+      collector.test_object(id);
+    };
+    for (const ObjectId id : query_index.columns->changed) test_object(id);
+    const double piece = 1 / pieces(*query_index.columns, sweep);
+    for (double end; collector.begin != 1; collector.begin = end) {
+      end = std::min(collector.begin + piece, 1.0);
+      work.visited +=
+          query_index.columns->grid_query.each(cover(collector.begin, end), test_object);
+      if (collector.first() <= end) break;  // later hits are not the first
+    }
+  } else {
+    collector.test_all(cover, work);
+  }
+}
+
+// Visits the objects that the sweep may hit, by a started traversal of cells.
+void visit_in_cells(GridTraversal& traversal, const base::SweptBounds& cover,
+                    HitCollector& collector, Work& work) {
+  const auto visit = [&](const CellLine& line, std::uint32_t k) { collector.test_object(line, k); };
+  if (!traversal.traverse(collector.first(), work, visit)) collector.test_all(cover, work);
+}
+
+bool uses_cells(const Objects& objects, const QueryIndex& query_index) noexcept {
+  return query_index.cells && objects.limit() > max_linear_objects;
+}
+
 }  // namespace
+
+SweepHit find_first_hit(const Objects& objects, const QueryIndex& query_index, const Cast& cast,
+                        Work& work, std::uint64_t& far) noexcept {
+  const Filters no_filters;
+  const FilterCheck allowed(objects, no_filters);
+  const base::SweptBounds cover(cast.path);
+  HitCollector collector(objects, cast, allowed, 0, nullptr);
+  far = 0;
+  if (uses_cells(objects, query_index)) {
+    GridTraversal traversal;
+    traversal.start(*query_index.cells, query_index.blocks, worlds_of(objects, cast.filter),
+                    cast.path, cover, true);
+    visit_in_cells(traversal, cover, collector, work);
+    far = traversal.far_cell_count();
+  } else {
+    visit_without_cells(objects, query_index, cover, collector, work);
+  }
+  return collector.best();
+}
 
 Work Queries::find_hits(const Objects& objects, const QueryIndex& query_index, const Sweeps& sweeps,
                         const Executor& executor, unsigned tasks, base::Cancellation& stop,
@@ -291,27 +350,33 @@ Work Queries::find_hits(const Objects& objects, const QueryIndex& query_index, c
   const FilterCheck allowed(objects, sweeps.filters);
   const bool only_first = sweeps.which == SweepHits::first;
   far = 0;
-  if (query_index.cells && objects.limit() > max_linear_objects) {
+  // Calls visit(collector) for a sweep.
+  const auto collect = [&](std::size_t i, const base::MovingBox& sweep, PodVector<SweepHit>& found,
+                           auto&& visit) {
+    const Cast cast{sweep, 1, allowed.filter(i), sweeps.test};
+    HitCollector collector(objects, cast, allowed, static_cast<std::uint32_t>(i),
+                           only_first ? nullptr : &found);
+    visit(collector);
+    if (only_first && collector.best().object != none) found.append(collector.best());
+  };
+  if (uses_cells(objects, query_index)) {
     std::atomic<std::uint64_t> far_cell_count{0};
     const auto prepare = [&](std::size_t i, SweepState& state) {
-      const Sweep& sweep = sweeps.data[i];
-      if (!base::is_active(sweep.box)) return;
-      state.cover = base::SweptBounds(sweep);
+      if (!base::is_active(sweeps.data[i].box)) return;
+      state.sweep = base::MovingBox(sweeps.data[i]);
+      state.cover = base::SweptBounds(state.sweep);
       state.traversal.start(*query_index.cells, query_index.blocks,
-                            worlds_of(objects, allowed.filter(i)), sweep, state.cover, only_first);
+                            worlds_of(objects, allowed.filter(i)), state.sweep, state.cover,
+                            only_first);
     };
     const auto run_one = [&](std::size_t i, SweepState& state, PodVector<SweepHit>& found,
                              Work& work) {
       if (!base::is_active(sweeps.data[i].box)) return;
-      HitCollector collector(objects, sweeps, allowed, i, found);
-      const auto visit = [&](const CellLine& line, std::uint32_t k) {
-        collector.test_object(line, k);
-      };
-      if (!state.traversal.traverse(collector.first(), work, visit))
-        collector.test_all(state.cover, work);
+      collect(i, state.sweep, found, [&](HitCollector& collector) {
+        visit_in_cells(state.traversal, state.cover, collector, work);
+      });
       if (state.traversal.far_cell_count() != 0)
         far_cell_count.fetch_add(state.traversal.far_cell_count(), std::memory_order_relaxed);
-      collector.finish();
     };
     const Work work =
         run<SweepState>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, run_one);
@@ -321,31 +386,12 @@ Work Queries::find_hits(const Objects& objects, const QueryIndex& query_index, c
   struct NoState {};
   const auto prepare = [](std::size_t, NoState&) {};
   const auto run_one = [&](std::size_t i, NoState&, PodVector<SweepHit>& found, Work& work) {
-    const Sweep& sweep = sweeps.data[i];
-    if (!base::is_active(sweep.box)) return;
+    if (!base::is_active(sweeps.data[i].box)) return;
+    const base::MovingBox sweep(sweeps.data[i]);
     const base::SweptBounds cover(sweep);
-    HitCollector collector(objects, sweeps, allowed, i, found);
-    if (query_index.forest) {
-      query_index.forest->cast(
-          sweep, cover, collector.filter, only_first, collector.first(), work,
-          [&](const CellLine& line, std::uint32_t k) { collector.test_object(line, k); });
-    } else if (!query_index.cells && columns_pay(query_index, objects, sweep)) {
-      const auto test_object = [&](ObjectId id) {
-        ++work.compared;
-        collector.test_object(id);
-      };
-      for (const ObjectId id : query_index.columns->changed) test_object(id);
-      const double piece = 1 / pieces(*query_index.columns, sweep);
-      for (double end; collector.begin != 1; collector.begin = end) {
-        end = std::min(collector.begin + piece, 1.0);
-        work.visited +=
-            query_index.columns->grid_query.each(cover(collector.begin, end), test_object);
-        if (collector.first() <= end) break;  // later hits are not the first
-      }
-    } else {
-      collector.test_all(cover, work);
-    }
-    collector.finish();
+    collect(i, sweep, found, [&](HitCollector& collector) {
+      visit_without_cells(objects, query_index, cover, collector, work);
+    });
   };
   return run<NoState>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, run_one);
 }

@@ -36,7 +36,7 @@ struct QueryIndex {
 
   // Estimated cost of a query without an index, in ns.
   double cost(const Objects& objects, const Box& box) const noexcept;
-  double cost(const Objects& objects, const Sweep& sweep) const noexcept;
+  double cost(const Objects& objects, const base::MovingBox& sweep) const noexcept;
 };
 
 // Sweeps, the hits to report, and the filters of their boxes.
@@ -47,6 +47,17 @@ struct Sweeps {
   Filters filters;
   SweepTest test;
 };
+
+// One sweep, and what it may hit first.
+struct Cast {
+  const base::MovingBox& path;
+  double last_time;  // at most 1; later hits do not count
+  Filter filter;
+  SweepTest test;
+};
+// The first hit; its object is `none` if there is none. Allocates nothing. `far`: as below.
+SweepHit find_first_hit(const Objects& objects, const QueryIndex& query_index, const Cast& cast,
+                        Work& work, std::uint64_t& far) noexcept;
 
 class Queries {
  public:

@@ -8,12 +8,13 @@
 // until `end`.
 //
 // Why none is lost: let a sweep meet a box, by contact_interval(), from `enter` to `leave`, both in
-// 0 .. 1 as fractions of `end`. First, an axis whose |by| is at least 2^-64, with a finite sweep
-// box. A time is the product of a difference of two floats and an inverse in 2^-128 .. 2^64. Each
-// of the three, `by` included, has a relative rounding error of at most 2^-22, or an absolute one
-// of 2^-150, which the inverse scales to at most 2^-86; a difference that overflows is a time
-// beyond 1. So a time at which touching begins, at most 1, is at most 2^-20 too large. A time at
-// which it ends, at least 0, is at most 2^-20 too small, or at least 1. The test is enter <= leave
+// 0 .. 1 as fractions of `end`. First, an axis whose |by| is at least 2^-64 and within the range of
+// floats, with a finite sweep box. A time is the product of a difference of two floats and an
+// inverse in 2^-128 .. 2^64. Each of the three, `by` included, has a relative rounding error of at
+// most 2^-22, or an absolute one of 2^-150, which the inverse scales to at most 2^-86; a difference
+// that overflows is a time beyond 1. So a time at which touching begins, at most 1, is at most
+// 2^-20 too large. A time at which it ends, at least 0, is at most 2^-20 too small, or at least 1.
+// The test is enter <= leave
 // + 2^-18. Second, any other axis: the box overlaps `cover`. A difference not above 0 stays so
 // times 2^110. The distance from below the lower end becomes at least 1, as it is at least one
 // float spacing (SweptBounds rounds outward) or 2^-90. Infinity minus infinity is NaN, and min and
@@ -39,8 +40,8 @@ namespace throng::tracking {
 // Along an axis, touching begins and ends at the times (lower - from_lower) * inverse and (upper -
 // from_upper) * inverse, in either order.
 struct SweepPrefilterTerms {
-  // For the sweep up to time `end`, at most 1; `cover`: of the sweep.
-  SweepPrefilterTerms(const Sweep& sweep, const base::SweptBounds& cover, double end) noexcept;
+  // For the sweep up to time `end`, at most 1; `start`: its box; `cover`: of the sweep.
+  SweepPrefilterTerms(const Box& start, const base::SweptBounds& cover, double end) noexcept;
 
   float from_lower[3], from_upper[3], inverse[3];
   // Bound of enter - leave that rounding may cause.
@@ -101,7 +102,7 @@ class CellLineSweepPrefilter {
 #endif
 };
 
-inline SweepPrefilterTerms::SweepPrefilterTerms(const Sweep& sweep, const base::SweptBounds& cover,
+inline SweepPrefilterTerms::SweepPrefilterTerms(const Box& start, const base::SweptBounds& cover,
                                                 double end) noexcept {
   const Box whole = cover(0, end);
   const auto corners = [](const Box& b, int k) {
@@ -110,10 +111,11 @@ inline SweepPrefilterTerms::SweepPrefilterTerms(const Sweep& sweep, const base::
     return std::pair{lower[k], upper[k]};
   };
   for (int k = 0; k < 3; ++k) {
-    auto [lower, upper] = corners(sweep.box, k);
+    auto [lower, upper] = corners(start, k);
     const auto by = static_cast<float>(cover.by(k) * end);
     inverse[k] = 1 / by;
-    if (!(std::fabs(by) >= 0x1p-64f && std::isfinite(lower) && std::isfinite(upper))) {
+    if (!(std::fabs(by) >= 0x1p-64f && std::isfinite(by) && std::isfinite(lower) &&
+          std::isfinite(upper))) {
       std::tie(lower, upper) = corners(whole, k);
       lower -= 0x1p-90f;
       inverse[k] = 0x1p110f;

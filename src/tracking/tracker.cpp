@@ -374,21 +374,25 @@ void Tracker::copy(const Tracker& other) noexcept {
 
 // ---- queries: what they search, and when they build an index ----
 
+namespace {
+
 // A concurrent query holds the lock while it builds, so it uses one thread: while waiting for tasks
 // it could be given a task of another query that needs the same lock.
-Options Tracker::preparation_options(const Queries& caller, const Options& options) const noexcept {
+Options preparation_options(bool concurrent, const Options& options) noexcept {
   Options adjusted = options;
-  if (&caller != &queries_) adjusted.threads = 1;
+  if (concurrent) adjusted.threads = 1;
   return adjusted;
 }
 
+}  // namespace
+
 // Places changed objects in the index; the first of several concurrent queries does it.
-void Tracker::place_for_queries(const Queries& caller, const Options& options) {
+void Tracker::place_for_queries(bool concurrent, const Options& options) {
   if (placement_valid_.load(std::memory_order_acquire)) return;
   const std::lock_guard<std::mutex> lock(prepare_mutex_);
   if (placement_valid_.load(std::memory_order_relaxed)) return;
   objects_.dirty_list();
-  ensure_capacity(preparation_options(caller, options));
+  ensure_capacity(preparation_options(concurrent, options));
   if (index_ != Index::absent) {
     objects_.place_changed([this](const ObjectId* changed, std::size_t count) {
       if (index_ == Index::cells)
@@ -405,7 +409,7 @@ void Tracker::place_for_queries(const Queries& caller, const Options& options) {
 }
 
 // Builds cells once they would have paid for the queries.
-void Tracker::note_query_cost(const Queries& caller, std::size_t count, double ns,
+void Tracker::note_query_cost(bool concurrent, std::size_t count, double ns,
                               const Options& options) {
   const CostModel::Cells cells = costs_.note_query_cost(sizes(), count, ns);
   if (index_ != Index::absent || cells == CostModel::Cells::do_not_pay) return;
@@ -415,7 +419,7 @@ void Tracker::note_query_cost(const Queries& caller, std::size_t count, double n
     lock.lock();
   else if (!lock.try_lock())
     return;
-  if (index_ == Index::absent) build_index(preparation_options(caller, options));
+  if (index_ == Index::absent) build_index(preparation_options(concurrent, options));
 }
 
 // Builds block data once sweeps visited as many cells as that costs; with blocks they skip most.
@@ -434,13 +438,13 @@ void Tracker::note_cells_visited(std::uint64_t cells) noexcept {
 
 // Accounts for cost above the estimate in queries without an index: where boxes are clustered, the
 // visited columns may hold far more than the average.
-void Tracker::note_excess_cost(const Queries& caller, const Work& work, double expected,
+void Tracker::note_excess_cost(bool concurrent, const Work& work, double expected,
                                const Options& options) noexcept {
   if (index_ != Index::absent) return;
   const double cost = CostModel::unindexed_ns(work);
   if (cost <= expected) return;
   try {
-    note_query_cost(caller, 0, cost - expected, options);
+    note_query_cost(concurrent, 0, cost - expected, options);
   } catch (const base::AllocationFailed&) {  // the queries are complete without cells
   }
 }
@@ -502,17 +506,18 @@ bool Tracker::build_object_pairs() noexcept {
 void Tracker::find_overlaps(Queries& caller, const Boxes& boxes, const Options& options,
                             Result& r) {
   THRONG_RANGE("find overlaps");
+  const bool concurrent = &caller != &queries_;
   const double all = CostModel::two_set_search_ns(objects_.limit());
   const bool few = CostModel::searches_ns(boxes.size()) < all;
   bool single_queries = false;
   double expected = 0;
   if (few) {
-    place_for_queries(caller, options);
+    place_for_queries(concurrent, options);
     const QueryIndex now{.columns = columns()};
     const double cost =
         cost_of(boxes.size(), [&](std::size_t i) { return now.cost(objects_, boxes[i]); });
     expected = std::min(cost, all);
-    note_query_cost(caller, boxes.size(), expected, options);
+    note_query_cost(concurrent, boxes.size(), expected, options);
     single_queries = index_ != Index::absent || cost < all;
   }
   base::Cancellation stop(options.stop);
@@ -523,10 +528,10 @@ void Tracker::find_overlaps(Queries& caller, const Boxes& boxes, const Options& 
     r.comparisons = work.compared;
     r.visited = work.visited;
     note_query_work(work, boxes.size(), caller.overlaps().size());
-    note_excess_cost(caller, work, expected, options);
+    note_excess_cost(concurrent, work, expected, options);
   } else {
     // the engine is shared with updates and overwrites its columns
-    if (&caller == &queries_) columns_valid_ = false;
+    if (!concurrent) columns_valid_ = false;
     const Boxes view = objects_.view();
     r = find_into(caller.engine(), caller.overlaps(), boxes, &view, 0, options);
     r.inactive = 0;
@@ -538,11 +543,13 @@ void Tracker::find_overlaps(Queries& caller, const Boxes& boxes, const Options& 
 
 void Tracker::find_hits(Queries& caller, const Sweeps& sweeps, const Options& options, Result& r) {
   THRONG_RANGE("find hits");
-  place_for_queries(caller, options);
+  const bool concurrent = &caller != &queries_;
+  place_for_queries(concurrent, options);
   const QueryIndex now{.columns = columns()};
-  const double cost =
-      cost_of(sweeps.count, [&](std::size_t i) { return now.cost(objects_, sweeps.data[i]); });
-  note_query_cost(caller, sweeps.count, cost, options);
+  const double cost = cost_of(sweeps.count, [&](std::size_t i) {
+    return now.cost(objects_, base::MovingBox(sweeps.data[i]));
+  });
+  note_query_cost(concurrent, sweeps.count, cost, options);
   base::Cancellation stop(options.stop);
   std::uint64_t far = 0;
   const Work work = caller.find_hits(objects_, query_index(), sweeps, base::executor_of(options),
@@ -551,9 +558,26 @@ void Tracker::find_hits(Queries& caller, const Sweeps& sweeps, const Options& op
   r.visited = work.visited;
   note_cells_visited(far);
   note_query_work(work, sweeps.count, caller.hits().size());
-  note_excess_cost(caller, work, cost, options);
+  note_excess_cost(concurrent, work, cost, options);
   r.found = r.written = caller.hits().size();
   if (stop()) r.status = Status::stopped;
+}
+
+SweepHit Tracker::find_first_hit(const Cast& cast, const Options& options, Result& r) {
+  THRONG_RANGE("find first hit");
+  place_for_queries(true, options);
+  const double cost = QueryIndex{.columns = columns()}.cost(objects_, cast.path);
+  note_query_cost(true, 1, cost, options);
+  std::uint64_t far = 0;
+  Work work;
+  const SweepHit hit = tracking::find_first_hit(objects_, query_index(), cast, work, far);
+  r.found = r.written = hit.object != none;
+  r.comparisons = work.compared;
+  r.visited = work.visited;
+  note_cells_visited(far);
+  note_query_work(work, 1, r.found);
+  note_excess_cost(true, work, cost, options);
+  return hit;
 }
 
 }  // namespace throng::tracking

@@ -53,6 +53,8 @@ class Tracker {
   // call runs. Throw base::AllocationFailed.
   void find_overlaps(Queries& caller, const Boxes& boxes, const Options& options, Result& result);
   void find_hits(Queries& caller, const Sweeps& sweeps, const Options& options, Result& result);
+  // Likewise, without a Queries.
+  SweepHit find_first_hit(const Cast& cast, const Options& options, Result& result);
   Queries& queries() noexcept { return queries_; }
 
   void reserve_for(const Tracker& other);
@@ -74,12 +76,11 @@ class Tracker {
   static Result find_into(grid::Engine& engine, PodVector<Pair>& found, const Boxes& a,
                           const Boxes* b, float margin, const Options& options);
 
-  // For queries.
-  Options preparation_options(const Queries& caller, const Options& options) const noexcept;
-  void place_for_queries(const Queries& caller, const Options& options);
-  void note_query_cost(const Queries& caller, std::size_t count, double ns, const Options& options);
+  // For queries. `concurrent`: others may run at the same time.
+  void place_for_queries(bool concurrent, const Options& options);
+  void note_query_cost(bool concurrent, std::size_t count, double ns, const Options& options);
   void note_cells_visited(std::uint64_t cells) noexcept;
-  void note_excess_cost(const Queries& caller, const Work& work, double expected,
+  void note_excess_cost(bool concurrent, const Work& work, double expected,
                         const Options& options) noexcept;
   void note_query_work(const Work& work, std::size_t queries, std::size_t hits) noexcept;
   bool build_object_pairs() noexcept;

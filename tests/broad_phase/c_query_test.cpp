@@ -66,6 +66,88 @@ TEST_F(CBroadPhase, ConcurrentQueriesMatchTheCppApi) {
   throng_query_destroy(none);
 }
 
+void expect_same(const throng_ray_hit& got, const std::optional<RayHit>& want) {
+  const RayHit none{THRONG_NO_OBJECT, 0, {0, 0, 0}, {0, 0, 0}};
+  const RayHit hit = want.value_or(none);
+  EXPECT_EQ(got.object, hit.object);
+  EXPECT_EQ(got.distance, hit.distance);
+  const Vec3 point = {got.point[0], got.point[1], got.point[2]};
+  const Vec3 normal = {got.normal[0], got.normal[1], got.normal[2]};
+  EXPECT_TRUE(point.x == hit.point.x && point.y == hit.point.y && point.z == hit.point.z);
+  EXPECT_TRUE(normal.x == hit.normal.x && normal.y == hit.normal.y && normal.z == hit.normal.z);
+}
+
+TEST_F(CBroadPhase, RaycastMatchesTheCppApi) {
+  std::vector<std::uint32_t> group(boxes_.size());
+  for (std::size_t i = 0; i < group.size(); ++i) group[i] = 1u << i % 3;
+  throng_boxes c_view = view(boxes_);
+  c_view.group = {group.data(), 0};
+  ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();
+  Boxes cpp_view = boxes_;
+  cpp_view.filters.group = group;
+  ASSERT_TRUE(cpp_.add(cpp_view, nullptr).ok());
+  throng_query* const query = throng_query_create(nullptr);
+  const auto odd = [](void* most, std::uint32_t id) {
+    return int{id % 2 == 1 && id <= *static_cast<std::uint32_t*>(most)};
+  };
+  std::uint32_t most = 250;
+  Random random(5);
+  std::size_t hits = 0;
+  for (int i = 0; i < 200; ++i) {
+    const float origin[3] = {random.in(-3, 13), random.in(-3, 13), random.in(-3, 13)};
+    const float direction[3] = {random.in(-1, 1), random.in(-1, 1), random.in(-1, 1)};
+    const Vec3 from = {origin[0], origin[1], origin[2]};
+    const Vec3 by = {direction[0], direction[1], direction[2]};
+    const double max_distance = i % 3 == 0 ? 4 : HUGE_VAL;
+    const std::uint32_t mask = i % 4 == 0 ? 5 : 0xffffffffu;
+    throng_ray_hit hit;
+    ASSERT_EQ(throng_broad_phase_raycast(c_, origin, direction, max_distance, mask, &hit),
+              THRONG_OK);
+    const std::optional<RayHit> want = cpp_.raycast(from, by, max_distance, mask);
+    expect_same(hit, want);
+    EXPECT_EQ(throng_broad_phase_result(c_)->found, want ? 1u : 0u);
+    hits += want.has_value();
+
+    ASSERT_EQ(throng_query_raycast(query, c_, origin, direction, max_distance, nullptr, nullptr,
+                                   nullptr, &hit),
+              THRONG_OK);
+    expect_same(hit, cpp_.raycast(from, by, max_distance));
+    const throng_filter of_ray = {0xffffffffu, mask, -1, -1, 0};
+    ASSERT_EQ(
+        throng_query_raycast(query, c_, origin, direction, max_distance, &of_ray, odd, &most, &hit),
+        THRONG_OK);
+    expect_same(hit, cpp_.raycast(from, by, max_distance, mask,
+                                  [&](ObjectId id) { return id % 2 == 1 && id <= most; }));
+  }
+  EXPECT_GT(hits, 50u);
+
+  // Invalid calls. A refused ray hits nothing.
+  const float zero[3] = {0, 0, 0}, one[3] = {1, 0, 0};
+  throng_ray_hit hit = {7, 1, {1, 1, 1}, {1, 1, 1}};
+  EXPECT_EQ(throng_broad_phase_raycast(c_, zero, zero, 1, 1, &hit), THRONG_BAD_OPTION);
+  EXPECT_NE(message().find("direction: found (0, 0, 0)"), std::string::npos) << message();
+  expect_same(hit, std::nullopt);
+  EXPECT_EQ(throng_broad_phase_raycast(c_, zero, one, -1, 1, &hit), THRONG_BAD_OPTION);
+  EXPECT_NE(message().find("max_distance: found -1"), std::string::npos) << message();
+  EXPECT_EQ(throng_broad_phase_raycast(c_, nullptr, one, 1, 1, &hit), THRONG_BAD_BOXES);
+  EXPECT_EQ(message(), "found no origin of the ray (NULL), which this call needs");
+  EXPECT_EQ(throng_broad_phase_raycast(c_, zero, nullptr, 1, 1, &hit), THRONG_BAD_BOXES);
+  EXPECT_EQ(message(), "found no direction of the ray (NULL), which this call needs");
+  EXPECT_EQ(throng_broad_phase_raycast(c_, zero, one, 1, 1, nullptr), THRONG_BAD_BOXES);
+  EXPECT_EQ(message(), "found no ray hit to write (NULL), which this call needs");
+  EXPECT_EQ(throng_broad_phase_raycast(nullptr, zero, one, 1, 1, &hit), THRONG_OUT_OF_MEMORY);
+  EXPECT_EQ(throng_query_raycast(query, nullptr, zero, one, 1, nullptr, nullptr, nullptr, &hit),
+            THRONG_BAD_BOXES);
+  EXPECT_STREQ(throng_query_result(query)->message,
+               "found no broad phase (NULL), which this call needs");
+  const throng_filter below = {1, 1, -1, -5, 0};
+  EXPECT_EQ(throng_query_raycast(query, c_, zero, one, 1, &below, nullptr, nullptr, &hit),
+            THRONG_BAD_FILTER);
+  EXPECT_EQ(throng_query_raycast(nullptr, c_, zero, one, 1, nullptr, nullptr, nullptr, &hit),
+            THRONG_OUT_OF_MEMORY);
+  throng_query_destroy(query);
+}
+
 // Calls from within a query, as from another thread.
 TEST_F(CBroadPhase, ChangesAreRefusedDuringAQuery) {
   throng_boxes c_view = view(boxes_);

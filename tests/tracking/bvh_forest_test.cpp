@@ -95,7 +95,7 @@ void expect_hits(World& w, const Sweep& sweep, const Filter& filter, Work& work)
     first = std::min(first, t.enter);
   }
   const double never = 2;
-  w.forest().cast(sweep, cover, filter, false, never, work,
+  w.forest().cast(base::MovingBox(sweep), cover, filter, false, never, work,
                   [&](const CellLine& line, std::uint32_t k) {
                     const base::ContactInterval t = touch(line.id[k]);
                     if (t.enter > t.leave || !allows(w.objects().filter(line.id[k]), filter))
@@ -105,7 +105,7 @@ void expect_hits(World& w, const Sweep& sweep, const Filter& filter, Work& work)
   std::sort(met.begin(), met.end());
   ASSERT_EQ(met, wanted);
   Work unused;
-  w.forest().cast(sweep, cover, filter, true, found, unused,
+  w.forest().cast(base::MovingBox(sweep), cover, filter, true, found, unused,
                   [&](const CellLine& line, std::uint32_t k) {
                     const base::ContactInterval t = touch(line.id[k]);
                     if (t.enter > t.leave || !allows(w.objects().filter(line.id[k]), filter))
@@ -252,7 +252,7 @@ TEST(BvhForest, VisitsLittle) {
       for (float* x : {&sweep.box.lower.z, &sweep.box.upper.z}) *x = std::isfinite(*x) ? *x : 0;
       if (random.one_in(2)) sweep.by = {sweep.by.x * 1e30f, sweep.by.y * 1e30f, sweep.by.z * 1e30f};
       const double never = 2;
-      w.forest().cast(sweep, base::SweptBounds(sweep), {}, false, never, of_sweeps,
+      w.forest().cast(base::MovingBox(sweep), base::SweptBounds(sweep), {}, false, never, of_sweeps,
                       [&](const CellLine& line, std::uint32_t k) {
                         const base::ContactInterval t = base::contact_interval(sweep, line.box(k));
                         met += t.enter <= t.leave;

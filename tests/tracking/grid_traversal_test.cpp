@@ -69,14 +69,15 @@ std::vector<Hit> expected_hits(const Objects& objects, const Sweep& sweep) {
 void check_traversal(const World& w, const BlockOccupancy* blocks, const Sweep& sweep,
                      const std::vector<Hit>& wanted, Sum& sum) {
   const Objects& objects = w.objects();
-  const base::SweptBounds cover(sweep);
+  const base::MovingBox path(sweep);
+  const base::SweptBounds cover(path);
   std::set<ObjectId> visited;
   double first = 2;  // of all objects; and as found with early termination
   for (const Hit& m : wanted) first = std::min(first, m.touch.enter);
   GridTraversal traversal;
   Work work;
   const double never = 2;
-  traversal.start(w.cells(), blocks, {}, sweep, cover, false);
+  traversal.start(w.cells(), blocks, {}, path, cover, false);
   if (!traversal.traverse(never, work, [&](const CellLine& line, std::uint32_t k) {
         visited.insert(line.id[k]);
         ++sum.visited;
@@ -98,7 +99,7 @@ void check_traversal(const World& w, const BlockOccupancy* blocks, const Sweep& 
                   << t.leave;
   }
   double found = 2;
-  traversal.start(w.cells(), blocks, {}, sweep, cover, true);
+  traversal.start(w.cells(), blocks, {}, path, cover, true);
   ASSERT_TRUE(traversal.traverse(found, work, [&](const CellLine& line, std::uint32_t k) {
     const base::ContactInterval t = base::contact_interval(sweep, objects.body(line.id[k]).box);
     if (t.enter <= t.leave) found = std::min(found, t.enter);
@@ -286,12 +287,13 @@ TEST(GridTraversal, SkipsEmptyBlocks) {
       const Vec3 from = any(), to = any();
       Sweep ray{{from, from}, any_direction(random, 4000)};
       if (k % 2 && !diagonal) ray.by = {to.x - from.x, to.y - from.y, to.z - from.z};
-      const base::SweptBounds cover(ray);
+      const base::MovingBox path(ray);
+      const base::SweptBounds cover(path);
       for (const bool passes : {false, true}) {
         GridTraversal traversal;
         Work work;
         const double never = 2;
-        traversal.start(world.cells(), passes ? &blocks : nullptr, {}, ray, cover, false);
+        traversal.start(world.cells(), passes ? &blocks : nullptr, {}, path, cover, false);
         aborted[passes] += !traversal.traverse(never, work, [](const CellLine&, std::uint32_t) {});
         visited[passes] += traversal.far_cell_count();
       }
@@ -353,13 +355,14 @@ TEST(GridTraversal, Worlds) {
   for (int i = 0; i < 500; ++i) {
     const Vec3 from = random.point(0, 25);
     const Sweep ray = {{from, from}, any_direction(random, 10)};
-    const base::SweptBounds cover(ray);
+    const base::MovingBox path(ray);
+    const base::SweptBounds cover(path);
     std::set<ObjectId> visited;
     GridTraversal traversal;
     Work work;
     const double never = 2;
     const auto look = [&](const CellLine& line, std::uint32_t k) { visited.insert(line.id[k]); };
-    traversal.start(world.cells(), nullptr, {2, true, false}, ray, cover, false);
+    traversal.start(world.cells(), nullptr, {2, true, false}, path, cover, false);
     ASSERT_TRUE(traversal.traverse(never, work, look));
     for (std::size_t k = 0; k < world.objects().limit(); ++k) {
       const auto id = static_cast<ObjectId>(k);
@@ -369,7 +372,7 @@ TEST(GridTraversal, Worlds) {
       ++met;
       EXPECT_EQ(visited.count(id), 1u);
     }
-    traversal.start(world.cells(), nullptr, {-1, false, true}, ray, cover, false);
+    traversal.start(world.cells(), nullptr, {-1, false, true}, path, cover, false);
     EXPECT_FALSE(traversal.traverse(never, work, look));
   }
   EXPECT_GT(met, 300u);

@@ -25,7 +25,7 @@ struct TestCounts {
 };
 // Tests up to time `end`.
 void check_accepted(const Sweep& sweep, double end, const Body (&four)[4], TestCounts& sum) {
-  const SweepPrefilterTerms terms(sweep, base::SweptBounds(sweep), end);
+  const SweepPrefilterTerms terms(sweep.box, base::SweptBounds(sweep), end);
   const std::uint32_t passes = ObjectSweepPrefilter(terms).passes(four);
   for (unsigned i = 0; i < 4; ++i) {
     const bool passed = (passes >> i & 1) != 0;
@@ -178,7 +178,7 @@ TEST(SweepPrefilter, ReportsEachOnce) {
     for (std::size_t i = 2; i < count; i += 5) objects.remove(static_cast<ObjectId>(i));
     const Sweep sweep = {{{-1, 0.5f, 0.5f}, {-1, 0.5f, 0.5f}}, {100, 0, 0}};
     std::vector<ObjectId> got;
-    ObjectSweepPrefilter(SweepPrefilterTerms(sweep, base::SweptBounds(sweep), 1))
+    ObjectSweepPrefilter(SweepPrefilterTerms(sweep.box, base::SweptBounds(sweep), 1))
         .each(objects, [&](ObjectId id) {
           if (objects.is_active(id)) got.push_back(id);
         });
