@@ -103,8 +103,8 @@ int main() {
   };
   result = broad_phase.find_hits(sweeps.data(), sweeps.size(), throng::SweepHits::first);
   if (!result.ok()) std::fprintf(stderr, "%s\n", result.message);
-  for (const throng::SweepHit& hit : broad_phase.hits()) {
-    std::printf("sweep %u hits object %u at t = %g\n", hit.sweep, hit.object, hit.time);
+  for (const throng::SweepHit& found : broad_phase.hits()) {
+    std::printf("sweep %u hits object %u at t = %g\n", found.sweep, found.object, found.time);
   }
   // snippet-end: sweeps
   CHECK(broad_phase.hits().size() == 1 && broad_phase.hits()[0].object == ground);
@@ -117,7 +117,7 @@ int main() {
     std::printf("object %u is in region %u\n", pair.second, pair.first);
   }
   // snippet-end: overlaps
-  CHECK(broad_phase.overlaps().size() > 50 && broad_phase.overlaps()[0].second != ground);
+  CHECK(broad_phase.overlaps().size() == 50);
 
   // snippet-begin: query
   const auto shoot = [&](throng::ObjectId caster, throng::SweepHit& first) {

@@ -159,6 +159,74 @@ def test_find_hits(size: float, reach: float) -> None:
     assert nobody.shape == (0, 2) and none.shape == (0,)
 
 
+def hit_by_loop(origin: Any, direction: Any, boxes: Any, most: float = numpy.inf) -> Any:
+    """The closest box of a ray, and its distance, as the reference defines them; or None."""
+    o, d, b = origin.astype(float), direction.astype(float), boxes.astype(float)
+    with numpy.errstate(divide="ignore", invalid="ignore"):
+        lower, upper = (b[:, :3] - o) / d, (b[:, 3:] - o) / d
+    first, last = numpy.where(d < 0, (upper, lower), (lower, upper))
+    inside = (b[:, :3] <= o) & (o <= b[:, 3:])
+    first = numpy.where(d == 0, numpy.where(inside, 0.0, numpy.inf), first)
+    last = numpy.where(d == 0, numpy.inf, last)
+    enter = numpy.maximum(first.max(axis=1), 0)
+    distance = enter * numpy.sqrt((d * d).sum())
+    enter[~(enter <= last.min(axis=1)) | (distance > most)] = numpy.inf
+    closest = enter.argmin()
+    return (closest, distance[closest]) if numpy.isfinite(enter[closest]) else None
+
+
+def test_raycast() -> None:
+    random = numpy.random.default_rng(3)
+    objects = throng.scene("uniform", 2000)[0]
+    live = throng.BroadPhase()
+    group = numpy.where(numpy.arange(2000) % 2 == 0, 1, 4).astype(numpy.uint32)
+    world = numpy.where(numpy.arange(2000) % 3 == 0, 5, 6).astype(numpy.int32)
+    live.add(objects, group=group, world=world)
+    low, high = objects[:, :3].min(), objects[:, 3:].max()
+    hits = 0
+    for k in range(400):
+        origin = random.uniform(low, high, 3).astype(numpy.float32)
+        direction = random.uniform(-1, 1, 3).astype(numpy.float32)
+        if k % 5 == 0:
+            direction[k % 3] = 0
+        most = 4.0 if k % 3 == 0 else numpy.inf
+        hit = live.raycast(origin, direction, most)
+        wanted = hit_by_loop(origin, direction, objects, most)
+        assert (hit and (hit.object, hit.distance)) == wanted
+        hit = live.raycast(origin.tolist(), tuple(direction), most, layer_mask=6, world=5)
+        chosen = numpy.flatnonzero((group == 4) & (world == 5))
+        wanted = hit_by_loop(origin, direction, objects[chosen], most)
+        assert (hit and (hit.object, hit.distance)) == (wanted and (chosen[wanted[0]], wanted[1]))
+        hits += hit is not None
+    assert hits > 20
+
+
+def test_raycast_rules() -> None:
+    live = throng.BroadPhase()
+    assert live.raycast((0, 0, 0), (1, 0, 0)) is None
+    live.add(numpy.array([[2, -1, -1, 4, 1, 1]], numpy.float32))
+    hit = live.raycast((0, 0.5, 0), (10, 0, 0))
+    assert hit == throng.RayHit(object=0, distance=2.0, point=(2.0, 0.5, 0.0), normal=(-1.0, 0.0, 0.0))
+    assert live.raycast((0, 0.5), (0.25, 0), 2) == hit
+    assert live.raycast((0, 0.5, 0), (1, 0, 0), 1.5) is None
+    assert live.raycast((3, 0, 0), (0, -2, 0)) == (0, 0.0, (3.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    for kind, text, arguments in [
+        (ValueError, r"direction: found \(0, 0, 0\), wanted a vector other than 0", ((0, 0, 0), (0, 0, 0))),
+        (ValueError, "max_distance: found -1, wanted 0 or more", ((0, 0, 0), (1, 0, 0), -1)),
+        (ValueError, "max_distance: found nan", ((0, 0, 0), (1, 0, 0), numpy.nan)),
+        (ValueError, r"origin\[0\]: found nan", ((numpy.nan, 0, 0), (1, 0, 0))),
+        (ValueError, r"direction\[1\]: found inf", ((0, 0, 0), (1, numpy.inf, 0))),
+        (ValueError, "origin: found", ((0,), (1, 0, 0))),
+        (TypeError, "direction: found 1, wanted 3 or 2 numbers", ((0, 0, 0), 1)),
+    ]:
+        with pytest.raises(kind, match=text):
+            live.raycast(*arguments)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="layer_mask: found -1"):
+        live.raycast((0, 0, 0), (1, 0, 0), layer_mask=-1)
+    with pytest.raises(ValueError, match="world: found 2147483648, wanted at most"):
+        live.raycast((0, 0, 0), (1, 0, 0), world=2**31)
+
+
 def test_a_copy_keeps_its_options() -> None:
     live = throng.BroadPhase(nan="inactive", margin=0.5)
     live.add(numpy.array([[0, 0, 0, 1, 1, 1], [2, 0, 0, 3, 1, 1]], numpy.float32))

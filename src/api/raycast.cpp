@@ -18,8 +18,8 @@ bool refuse_vector(const char* name, const Vec3& v, const char* wanted, Status s
   return refuse(r, status);
 }
 
-bool valid_ray(const Vec3& origin, const Vec3& direction, double max_distance,
-               const Filter& filter, Result& r) noexcept {
+bool valid_ray(const Vec3& origin, const Vec3& direction, double max_distance, const Filter& filter,
+               Result& r) noexcept {
   if (!is_finite(origin))
     return refuse_vector("origin", origin, "three finite numbers", Status::nan_box, r);
   if (!is_finite(direction)) {

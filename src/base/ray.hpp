@@ -11,19 +11,19 @@
 
 namespace throng::base {
 
-// The origin is finite, the direction finite and not zero, the maximum distance not negative; it may
-// be infinite.
+// The origin is finite, the direction finite and not zero, the maximum distance not negative; it
+// may be infinite.
 //
 // The point moves by `direction` times a power of two. That product is exact in doubles, and so is
 // the time of contact times the power of two, which is
 //   t = (bound - origin) / direction   rounded to double.
-// The distance is t * |direction|. So neither the power of two nor the maximum distance changes what
-// is hit, or where.
+// The distance is t * |direction|. So neither the power of two nor the maximum distance changes
+// what is hit, or where.
 //
-// The power of two: the path is at least as long as the maximum distance, and at most twice. Without
-// a maximum each component other than 0, which is at least 2^-149, moves the point by 2^130 or more;
-// the difference of two floats is less. No component exceeds 2^128, so no displacement exceeds
-// 2^408; and none is below 2^-149 * 2^-280.
+// The power of two: the path is at least as long as the maximum distance, and at most twice.
+// Without a maximum each component other than 0, which is at least 2^-149, moves the point by 2^130
+// or more; the difference of two floats is less. No component exceeds 2^128, so no displacement
+// exceeds 2^408; and none is below 2^-149 * 2^-280.
 class Ray {
  public:
   Ray(const Vec3& origin, const Vec3& direction, double max_distance) noexcept
@@ -36,10 +36,8 @@ class Ray {
     const double most = max_distance / length_;  // `t` at the maximum, rounded
     const int exponent = std::clamp(std::ilogb(most), -max_exponent, max_exponent - 1) + 1;
     scale_ = std::ldexp(1.0, exponent);
-    path_ = {{origin, origin},
-             direction_[0] * scale_,
-             direction_[1] * scale_,
-             direction_[2] * scale_};
+    path_ = {
+        {origin, origin}, direction_[0] * scale_, direction_[1] * scale_, direction_[2] * scale_};
     // Both roundings, of `most` and of the distance, are less than 2^-52 of it.
     last_time_ = std::min(most / scale_ * (1 + 0x1p-50), 1.0);
   }
@@ -55,7 +53,7 @@ class Ray {
     const float lower[3] = {box.lower.x, box.lower.y, box.lower.z};
     const float upper[3] = {box.upper.x, box.upper.y, box.upper.z};
     float point[3], normal[3] = {};
-    bool entered = time == 0;
+    bool entered = false;
     for (int k = 0; k < 3; ++k) {
       const double d = direction_[k], bound = d < 0 ? upper[k] : lower[k];
       if (time == 0) {
@@ -72,10 +70,8 @@ class Ray {
         point[k] = static_cast<float>(std::clamp(inside, -most, most));
       }
     }
-    return {object,
-            distance(time),
-            {point[0], point[1], point[2]},
-            {normal[0], normal[1], normal[2]}};
+    return {
+        object, distance(time), {point[0], point[1], point[2]}, {normal[0], normal[1], normal[2]}};
   }
 
  private:

@@ -84,7 +84,7 @@ TEST_F(CBroadPhase, RaycastMatchesTheCppApi) {
   c_view.group = {group.data(), 0};
   ASSERT_EQ(throng_broad_phase_add(c_, &c_view, nullptr), THRONG_OK) << message();
   Boxes cpp_view = boxes_;
-  cpp_view.filters.group = group;
+  cpp_view.filters.group = {group.data(), group.size()};
   ASSERT_TRUE(cpp_.add(cpp_view, nullptr).ok());
   throng_query* const query = throng_query_create(nullptr);
   const auto odd = [](void* most, std::uint32_t id) {
@@ -95,7 +95,10 @@ TEST_F(CBroadPhase, RaycastMatchesTheCppApi) {
   std::size_t hits = 0;
   for (int i = 0; i < 200; ++i) {
     const float origin[3] = {random.in(-3, 13), random.in(-3, 13), random.in(-3, 13)};
-    const float direction[3] = {random.in(-1, 1), random.in(-1, 1), random.in(-1, 1)};
+    const Box& aim = boxes_[random.below(300)];
+    const float direction[3] = {(aim.lower.x + aim.upper.x) / 2 - origin[0],
+                                (aim.lower.y + aim.upper.y) / 2 - origin[1],
+                                (aim.lower.z + aim.upper.z) / 2 - origin[2]};
     const Vec3 from = {origin[0], origin[1], origin[2]};
     const Vec3 by = {direction[0], direction[1], direction[2]};
     const double max_distance = i % 3 == 0 ? 4 : HUGE_VAL;

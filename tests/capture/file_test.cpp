@@ -141,6 +141,11 @@ TEST_F(CaptureFile, EveryCallOfABroadPhase) {
     ASSERT_TRUE(live.find_overlaps(boxes).ok());
     const Sweep sweep{boxes[0], {10, 0, 0}};
     ASSERT_TRUE(live.find_hits(&sweep, 1, SweepHits::first).ok());
+    // Not captured: calls with a function, and ray casts.
+    const auto filter = [](ObjectId id) { return id % 2 == 0; };
+    ASSERT_TRUE(live.find_overlaps(boxes, filter).ok());
+    ASSERT_TRUE(live.find_hits(&sweep, 1, SweepHits::first, {}, filter).ok());
+    ASSERT_TRUE(live.raycast(boxes[0].lower, {1, 0, 0}).has_value());
     ASSERT_TRUE(live.move_all(boxes).ok());
     ASSERT_EQ(files().size(), 1u);
     const scenes::Capture c = last();

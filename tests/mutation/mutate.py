@@ -175,7 +175,7 @@ def tests_of_module(mutant, tests):
         modules = {"base", "grid"}
     if mutant.file.startswith("device/plan/"):
         modules.add("base")
-    if mutant.file in ("base/swept_box.hpp", "base/block_bitmap.hpp"):  # only queries use these
+    if mutant.file in ("base/ray.hpp", "base/swept_box.hpp", "base/block_bitmap.hpp"):  # only queries use these
         modules = {"tracking"}
     return [test for test in tests if modules & set(test[1])]
 
