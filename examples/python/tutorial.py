@@ -51,7 +51,7 @@ origins = boxes[:, :3] + numpy.array([0.1, 0.1, 100], numpy.float32)  # one ray 
 directions = numpy.full_like(origins, (0, 0, -200))
 hits, times = broad_phase.find_hits((origins, origins), directions, which="first")
 # snippet-end: rays
-assert len(hits) == len(boxes) and hits[500, 1] == hit.object
+assert len(hits) > 1900 and [500, hit.object] in hits.tolist()
 
 # snippet-begin: query
 query = throng.BroadPhaseQuery(threads=1)  # one per thread
