@@ -81,11 +81,11 @@ int main() {
   // snippet-begin: raycast_filter
   constexpr std::uint32_t walls = 1, props = 2;  // bits of Filter::group
   const throng::ObjectId shooter = ids[3];
-  const throng::Vec3 eye = broad_phase.box(shooter).lower;
-  const auto target = broad_phase.raycast(eye, {1, 0, 0}, 100, walls | props,
+  const throng::Vec3 muzzle = {broad_phase.box(shooter).upper.x, 0.5f, 0.5f};
+  const auto target = broad_phase.raycast(muzzle, {1, 0, 0}, 100, walls | props,
                                           [&](throng::ObjectId id) { return id != shooter; });
   // snippet-end: raycast_filter
-  CHECK(target && target->object != shooter);
+  CHECK(target && target->object != shooter && target->object != ground);
   // snippet-begin: raycast_status
   std::optional<throng::RayHit> ground_hit;
   throng::Filter of_ray;
@@ -96,9 +96,9 @@ int main() {
   CHECK(result.ok() && ground_hit && ground_hit->object == ground);
 
   // snippet-begin: sweeps
-  const throng::Vec3 from = {0.5f, 5, 0.5f};
+  const throng::Vec3 eye = {0.5f, 5, 0.5f};
   const std::vector<throng::Sweep> sweeps = {
-      {{from, from}, {0, -100, 0}},            // a ray: a point that moves down by 100
+      {{eye, eye}, {0, -100, 0}},              // a ray: a point that moves down by 100
       {{{20, 3, 0}, {24, 4, 1}}, {30, 0, 0}},  // a box that moves along x
   };
   result = broad_phase.find_hits(sweeps.data(), sweeps.size(), throng::SweepHits::first);
@@ -122,8 +122,8 @@ int main() {
   // snippet-begin: query
   const auto shoot = [&](throng::ObjectId caster, throng::SweepHit& first) {
     throng::BroadPhaseQuery query;  // one per thread; an engine keeps it
-    const throng::Vec3 at = broad_phase.box(caster).lower;
-    const throng::Sweep ray = {{at, at}, {100, 0, 0}};
+    const throng::Vec3 at = broad_phase.box(caster).lower, from = {at.x + 0.5f, 0.5f, 0.5f};
+    const throng::Sweep ray = {{from, from}, {100, 0, 0}};
     // Leaves out the object that casts the ray. An engine would also test the exact shape here.
     const auto test = [&](std::uint32_t, throng::ObjectId object, double time) {
       return object == caster ? 2 : time;  // above 1: no hit

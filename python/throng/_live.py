@@ -273,8 +273,8 @@ class BroadPhase:
 
     def raycast(
         self,
-        origin: Sequence[float],
-        direction: Sequence[float],
+        origin: Array | Sequence[float],
+        direction: Array | Sequence[float],
         max_distance: float = math.inf,
         *,
         layer_mask: int = 0xFFFFFFFF,
