@@ -69,3 +69,12 @@ for advice in explanation.advice:
     print(advice)
 # snippet-end: explain
 assert explanation.result.found == len(pairs)
+
+# snippet-begin: show
+import throng.view
+
+page = throng.view.show(boxes, finder.find(boxes))
+page  # in a notebook, the last line of a cell draws it
+# snippet-end: show
+assert page.path.exists()
+page.path.unlink()

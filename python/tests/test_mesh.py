@@ -303,8 +303,11 @@ def test_wrong_shapes() -> None:
     huge = as_strided(numpy.zeros(3, numpy.uint32), (2**40, 3), (0, 4))
     with pytest.raises(ValueError, match="^faces: found 1099511627776 rows, at most 4294901760"):
         mesh.self_intersections(VERTICES, huge)
-    with pytest.raises(TypeError, match="^vertices: found a list"):
-        mesh.self_intersections(VERTICES.tolist(), FACES)  # type: ignore[arg-type]
+    lists: Any = VERTICES.tolist(), FACES.tolist()
+    assert mesh.self_intersections(*lists).tolist() == mesh.self_intersections(VERTICES, FACES).tolist()
+    texts: Any = [["a", "b", "c"]]
+    with pytest.raises(TypeError, match="^vertices: found a"):
+        mesh.self_intersections(texts, FACES)
     with pytest.raises(ValueError, match="^vertices: found an array on cuda:0"):
         mesh.self_intersections(ArrayOnDevice((CUDA, 0), VERTICES), FACES)
     hidden = numpy.ma.MaskedArray(VERTICES, mask=VERTICES > 8)

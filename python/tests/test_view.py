@@ -1,9 +1,15 @@
 """throng.view: the data of a frame, the recording read back, the page in a browser."""
 
+import base64
+import html
+import json
 import os
+import re
 import subprocess
 import sys
+import tempfile
 import time
+import types
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
@@ -14,6 +20,7 @@ import pytest
 from reference import INF, NAN, brute_force
 
 import throng
+from throng.view import show
 
 SCENE = throng.scene("mixed", 3000, frames=3, seed=2)
 
@@ -263,3 +270,121 @@ def test_the_page_in_a_browser(tmp_path: Path) -> None:
         shown.close()
         server.terminate()
         server.wait(20)
+
+
+def data_of(page: Any) -> dict[str, Any]:
+    """What the page draws."""
+    text = Path(page).read_text(encoding="utf-8")
+    data: dict[str, Any] = json.loads(text.partition('type="application/json">')[2].partition("</script>")[0])
+    for name, kind in (("corners", "<f4"), ("index", "<u4"), ("overlaps", "<u4"), ("pairs", "<u4")):
+        data[name] = numpy.frombuffer(base64.b64decode(data[name]), kind)
+    return data
+
+
+def test_a_page_of_boxes(tmp_path: Path) -> None:
+    boxes = SCENE[0][:300].copy()
+    boxes[7] = [1, 1, 1, 0, 0, 0]
+    boxes[8, 0] = NAN
+    clean = numpy.where(numpy.isnan(boxes).any(axis=1)[:, None], numpy.float32([1, 1, 1, 0, 0, 0]), boxes)
+    pairs = brute_force(clean)
+    page = show(boxes, path=tmp_path / "page.html")
+    assert os.fspath(page) == str(page) == str(page.path) == str(tmp_path / "page.html")
+    data = data_of(page)
+    assert data["title"] == f"300 boxes, {len(pairs)} pairs; 298 boxes drawn" and not data["flat"]
+    assert data["index"].tolist() == [i for i in range(300) if i not in (7, 8)]
+    drawn = data["index"][data["pairs"].reshape(-1, 2)]
+    assert sorted(map(tuple, drawn.tolist())) == pairs
+    count = numpy.bincount(numpy.array(pairs).reshape(-1), minlength=300)
+    assert data["overlaps"].tolist() == count[data["index"]].tolist()
+    # The corners differ from those given by one shift and one scale.
+    corners, wanted = data["corners"].reshape(-1, 6).astype(float), clean[data["index"]].astype(float)
+    sizes, wanted_sizes = corners[:, 3:] - corners[:, :3], wanted[:, 3:] - wanted[:, :3]
+    scale = sizes.max() / wanted_sizes.max()
+    assert numpy.allclose(sizes, wanted_sizes * scale, atol=1e-5)
+    assert numpy.ptp(corners[:, :3] - wanted[:, :3] * scale, axis=0).max() < 1e-5
+    assert numpy.abs(corners).max() <= 1.0001
+
+
+def test_pages_of_other_boxes(tmp_path: Path) -> None:
+    live = throng.BroadPhase()
+    live.add(SCENE[0])
+    live.update()
+    data = data_of(show(SCENE[0], live.pairs, tmp_path / "live.html", most=400))
+    assert 300 < len(data["index"]) <= 400 and data["title"].startswith(f"3,000 boxes, {live.pair_count:,} pairs; ")
+    flat = [[0, 0, 1, 1], [1, 1, 2, 2]]
+    data = data_of(show(flat, path=tmp_path / "flat.html"))
+    assert data["flat"] and data["title"] == "2 boxes, 1 pair"
+    assert data["corners"].reshape(-1, 6)[:, [0, 1, 3, 4]].tolist() == [[-1, -1, 0, 0], [0, 0, 1, 1]]
+    wide = numpy.array([[-INF] * 3 + [INF, INF, 0], [-1e300] * 3 + [1e300] * 3, [5.0] * 6])
+    data = data_of(show(wide, path=tmp_path / "wide.html"))
+    assert numpy.isfinite(data["corners"]).all() and data["pairs"].tolist() == [0, 1, 1, 2]
+    for nothing in ([], numpy.zeros((0, 6), numpy.float32)):
+        assert data_of(show(nothing, path=tmp_path / "none.html"))["title"] == "0 boxes, 0 pairs"
+    bad: list[tuple[Any, Any, Any, str]] = [
+        (flat, [[0, 2]], 5, r"pairs: the row 0 is \[0, 2\], wanted indices below 2"),
+        (flat, [[-1, 0]], 5, "pairs: the row 0"),
+        (flat, [[0.0, 1.0]], 5, "pairs: found float64"),
+        (flat, [0, 1], 5, r"pairs: found int64 of shape \(2,\)"),
+        ([[1, 2, 3]], None, 5, r"boxes: found shape \(1, 3\)"),
+        (flat, None, 0, "most: found 0"),
+    ]
+    for boxes, pairs, most, text in bad:
+        with pytest.raises(ValueError, match=text):
+            show(boxes, pairs, tmp_path / "bad.html", most=most)
+    assert not (tmp_path / "bad.html").exists()
+
+
+def test_a_page_in_a_script(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: Any) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    page = show(SCENE[0][:20])
+    assert page.path.parent == tmp_path and page.path.read_text(encoding="utf-8") == page.html
+    monkeypatch.setenv("DISPLAY", ":0")
+    second = show(SCENE[0][:20])
+    show(SCENE[0][:20], path=tmp_path / "named.html")
+    assert second.path != page.path and opened[-1] == second.path.as_uri()
+    if sys.platform == "linux":
+        assert len(opened) == 1
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_page_in_a_notebook(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    shell = types.SimpleNamespace(kernel=object())
+    monkeypatch.setitem(sys.modules, "IPython", types.SimpleNamespace(get_ipython=lambda: shell))
+    page = show(SCENE[0][:20])
+    assert os.listdir(tmp_path) == []
+    drawn = page._repr_html_()
+    assert drawn.startswith('<iframe srcdoc="') and drawn.count('"') == 4
+    assert html.unescape(drawn.split('"')[1]) == page.html
+    # The page loads nothing.
+    assert not re.search(r"https?:|src=|href=|import\b|fetch\(", page.html)
+    assert page.path.exists()
+
+
+@pytest.mark.skipif(browser.PROGRAM is None, reason="no Chromium here")
+def test_the_drawn_page(tmp_path: Path) -> None:
+    """In a notebook's frame; THRONG_VIEW_PICTURE keeps the picture of the other page."""
+    page = show(SCENE[0][:300], path=tmp_path / "page.html")
+    around = tmp_path / "notebook.html"
+    around.write_text(f"<body>{page._repr_html_()}</body>", encoding="utf-8")
+    console = tmp_path / "console"
+    shown = browser.Browser((800, 520), str(console))
+    try:
+        shown.open(around.as_uri())
+        script = (
+            "(() => { const c = document.querySelector('iframe')?.contentDocument?.getElementById('view');"
+            " if (!c || !c.width) return 0; const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
+            " let n = 0; for (let i = 0; i < d.length; i += 4) n += d[i] + d[i + 1] + d[i + 2] > 150; return n; })()"
+        )
+        deadline = time.monotonic() + 120
+        bright = 0
+        while bright < 5000:  # pixels with a line
+            assert time.monotonic() < deadline, f"{bright} bright pixels; {console.read_text()[-2000:]}"
+            time.sleep(0.5)
+            bright = shown.call("Runtime.evaluate", expression=script, returnByValue=True)["result"].get("value", 0)
+    finally:
+        shown.close()

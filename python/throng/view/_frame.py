@@ -107,7 +107,7 @@ def frames(scene: Sequence[Any] | NDArray[Any], most: int = MAX_DRAWN, **options
             ended = numpy.setdiff1d(before, codes, assume_unique=True)
         before = codes
         largest = [box.index for box in explanation.largest]
-        shown = _choose(boxes, overlaps, largest, most)
+        shown = choose(boxes, overlaps, largest, most)
         yield Frame(number, boxes, shown, overlaps, pairs, _decoded(began), _decoded(ended), explanation)
 
 
@@ -116,10 +116,10 @@ def _decoded(codes: NDArray[numpy.uint64]) -> Pairs:
     return numpy.stack(parts, axis=1).astype(numpy.uint32)
 
 
-def _choose(
+def choose(
     boxes: NDArray[Any], overlaps: NDArray[Any], largest: list[int], most: int
 ) -> NDArray[numpy.intp]:
-    """A random choice of many boxes, the same in each frame, and the boxes of special interest."""
+    """Indices of the boxes to draw, ascending: a random choice of many boxes, the same in each frame, and the boxes of special interest."""
     active = (boxes[:, :3] <= boxes[:, 3:]).all(axis=1)
     n = len(boxes)
     chosen = numpy.ones(n, bool)
