@@ -47,8 +47,8 @@ int main() {
   throng::ContactMesh mesh;
   mesh.start = start;
   mesh.end = end;
-  mesh.edges = {edges.data(), edges.size()};
-  mesh.faces = {faces.data(), faces.size()};
+  mesh.edges = edges;
+  mesh.faces = faces;
   mesh.rings = 2;  // no elements that two edges or fewer join
 
   throng::ContactFinder finder;  // keeps its memory from step to step
@@ -70,8 +70,8 @@ int main() {
   for (std::size_t v = cloth; v < start.size(); ++v) group[v] = 2, mask[v] = 1;
   mesh.rings = 0;
   CHECK(finder.find(mesh, 0.001).found > 2 * cloth);
-  mesh.group = {group.data(), group.size()};
-  mesh.mask = {mask.data(), mask.size()};
+  mesh.group = group;
+  mesh.mask = mask;
   CHECK(finder.find(mesh, 0.001).found == 2 * cloth);
   std::printf("%llu candidates\n", static_cast<unsigned long long>(result.found));
 }

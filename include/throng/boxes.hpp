@@ -19,6 +19,20 @@ struct Strided {
   std::size_t count = 0;
   std::size_t stride_bytes = sizeof(T);
 
+  Strided() noexcept = default;
+  Strided(const T* values, std::size_t value_count, std::size_t stride = sizeof(T)) noexcept
+      : data(values), count(value_count), stride_bytes(stride) {}
+  // Any container of T with data() and size(): std::vector, std::array, std::span.
+  template <class Container,
+            class = std::enable_if_t<
+                std::is_same<std::remove_cv_t<std::remove_pointer_t<
+                                 decltype(std::declval<const Container&>().data())>>,
+                             T>::value &&
+                std::is_convertible<decltype(std::declval<const Container&>().size()),
+                                    std::size_t>::value>>
+  Strided(const Container& values) noexcept  // NOLINT(google-explicit-constructor): a view
+      : Strided(values.data(), values.size()) {}
+
   explicit operator bool() const noexcept { return data != nullptr; }
   const T& operator[](std::size_t i) const noexcept {
     return *reinterpret_cast<const T*>(reinterpret_cast<const char*>(data) + i * stride_bytes);

@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cfenv>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -47,6 +49,31 @@ std::vector<Config> cpu_configs() {
                                [](const Config& c) { return c.backend != Backend::cpu; }),
                 configs.end());
   return configs;
+}
+
+TEST(ContactMesh, ArraysAreContainersToo) {
+  const std::vector<DoubleVec3> vertices = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {1, 1, 1}, {2, 1, 1}};
+  const std::vector<Triangle> faces = {{0, 1, 2}};
+  std::array<Edge, 2> edges = {{{3, 4}, {0, 1}}};
+  const std::vector<std::uint32_t> group = {1, 1, 1, 1, 1}, mask = {1, 1, 1, 1, 0};
+  ContactMesh mesh;
+  mesh.start = vertices;
+  mesh.edges = edges;
+  mesh.faces = faces;
+  mesh.group = group;
+  mesh.mask = mask;
+  EXPECT_EQ(mesh.edges.data, edges.data());
+  EXPECT_EQ(mesh.edges.count, 2u);
+  EXPECT_EQ(mesh.edges.stride_bytes, sizeof(Edge));
+  EXPECT_EQ(mesh.faces.count, 1u);
+  const ContactCandidates found = find_contact_candidates(mesh, 0.6);
+  EXPECT_EQ(found.vertex_face, (std::vector<Pair>{{3, 0}}));  // 4 collides with nothing
+  EXPECT_EQ(found.edge_edge, (std::vector<Pair>{{0, 1}}));
+  Boxes boxes;
+  boxes.filters.group = group;
+  EXPECT_EQ(boxes.filters.group.data, group.data());
+  static_assert(!std::is_convertible<const std::vector<int>&, Strided<std::uint32_t>>::value, "");
+  static_assert(std::is_trivially_copyable<Strided<Edge>>::value, "");
 }
 
 // A sheet of side x side vertices with waves and a random motion, on the units of the reference.
