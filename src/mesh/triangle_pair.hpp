@@ -208,7 +208,8 @@ THRONG_HD inline bool meet_beyond_edge(const DoubleVec3& p, const DoubleVec3& q,
 // ---- the rule -----------------------------------------------------------------------------------
 
 // Whether two triangles of one mesh form a pair: they have a common point outside of the convex
-// hull of the vertices that they share by index, or they have the same three vertices.
+// hull of the vertices that they share by index, or they share three vertices. An index that a
+// triangle repeats is one vertex.
 THRONG_HD inline bool triangles_pair(const Triangle& ids_a, const Triangle& ids_b,
                                      const TrianglePoints& a, const TrianglePoints& b) noexcept {
   const std::uint32_t ia[3] = {ids_a.a, ids_a.b, ids_a.c}, ib[3] = {ids_b.a, ids_b.b, ids_b.c};
@@ -225,11 +226,8 @@ THRONG_HD inline bool triangles_pair(const Triangle& ids_a, const Triangle& ids_
     if (!((ib[i] == ia[0]) | (ib[i] == ia[1]) | (ib[i] == ia[2]))) only_b[b_count++] = i;
   }
   if (shared_count == 0) return triangles_meet(a, b);
-  if (a_count == 0 || b_count == 0) {
-    // One lies in the convex hull. The same three vertices, repeated ones included, form a pair.
-    const auto sum = [](const std::uint32_t(&v)[3]) { return std::uint64_t{v[0]} + v[1] + v[2]; };
-    return a_count == 0 && b_count == 0 && sum(ia) == sum(ib);
-  }
+  // One lies in the convex hull. Only three shared vertices form a pair anyway.
+  if (a_count == 0 || b_count == 0) return shared_count == 3;
   if (shared_count == 1) {
     return meet_beyond_vertex(a.p[shared[0]], a.p[only_a[0]], a.p[only_a[a_count - 1]],
                               b.p[only_b[0]], b.p[only_b[b_count - 1]]);

@@ -104,7 +104,7 @@ inline bool exactly_meet(const std::array<DoubleVec3, 3>& a, const std::array<Do
 // Whether two triangles of one mesh form a pair.
 inline bool exactly_pair(const Triangle& ids_a, const Triangle& ids_b,
                          const std::array<DoubleVec3, 3>& a, const std::array<DoubleVec3, 3>& b) {
-  std::array<std::uint32_t, 3> ia{ids_a.a, ids_a.b, ids_a.c}, ib{ids_b.a, ids_b.b, ids_b.c};
+  const std::array<std::uint32_t, 3> ia{ids_a.a, ids_a.b, ids_a.c}, ib{ids_b.a, ids_b.b, ids_b.c};
   std::vector<ExactPoint> shared;
   std::vector<std::uint32_t> shared_ids;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -114,9 +114,7 @@ inline bool exactly_pair(const Triangle& ids_a, const Triangle& ids_b,
     shared_ids.push_back(ia[i]);
     shared.push_back(exact(a[i]));
   }
-  std::sort(ia.begin(), ia.end());
-  std::sort(ib.begin(), ib.end());
-  if (ia == ib) return true;
+  if (shared.size() == 3) return true;
   const auto in_shared_hull = [&](const ExactPoint& p) {
     if (shared.empty()) return false;
     return in_hull(p,

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <string>
@@ -82,6 +83,35 @@ TEST_P(Kinds, TheSearchFindsThePairsOfRationalNumbers) {
           << seed;
     }
   }
+}
+
+// What a triangle shares by index is a set of vertices: with one or two, also of triangles that
+// repeat an index, only points beyond them count.
+TEST(RepeatedIndices, CountAsOneVertex) {
+  const std::vector<DoubleVec3> vertices = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {2, 0, 0}};
+  const auto pairs = [&](const Triangle& a, const Triangle& b) {
+    const std::vector<Triangle> triangles = {a, b};
+    const auto points = [&](const Triangle& t) {
+      return std::array<DoubleVec3, 3>{vertices[t.a], vertices[t.b], vertices[t.c]};
+    };
+    const bool expected = exactly_pair(a, b, points(a), points(b));
+    for (const Isa isa : {Isa::scalar, Isa::automatic}) {
+      Options options;
+      options.isa = isa;
+      EXPECT_NE(find_self_intersections({vertices, triangles}, options).empty(), expected);
+    }
+    return expected;
+  };
+  // The segment from 0 to 1, in all ways.
+  const Triangle segments[] = {{0, 1, 1}, {0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {1, 0, 1}};
+  for (const Triangle& a : segments)
+    for (const Triangle& b : segments) EXPECT_FALSE(pairs(a, b));
+  EXPECT_FALSE(pairs({0, 0, 0}, {0, 0, 0}));
+  EXPECT_FALSE(pairs({0, 0, 0}, {0, 1, 2}));
+  EXPECT_FALSE(pairs({0, 1, 1}, {0, 1, 2}));
+  EXPECT_TRUE(pairs({0, 1, 1}, {0, 3, 3}));  // one vertex, and more
+  EXPECT_TRUE(pairs({0, 1, 2}, {0, 3, 3}));
+  EXPECT_TRUE(pairs({0, 1, 2}, {2, 1, 0}));  // three
 }
 
 std::string name_of(const testing::TestParamInfo<MeshKind>& info) {
