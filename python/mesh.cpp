@@ -114,24 +114,21 @@ nb::tuple describe(nb::handle pairs, const nb::tuple& mesh, nb::handle other, nb
   Options options;
   options.threads = threads_of(threads);
   options = search.with_executor(options);
+  const auto all = std::make_unique<TriangleIntersection[]>(n);
   search.run(n, [&] {
-    try {
-      const std::vector<TriangleIntersection> all =
-          describe_intersections(a, b, copy.empty() ? rows.data : copy.data(), n, options);
-      double* out = points.get();
-      for (std::size_t i = 0; i < n; ++i) {
-        kind[i] = static_cast<std::uint8_t>(all[i].kind);
-        count[i] = all[i].point_count;
-        for (std::size_t k = 0; k < most; ++k, out += 3) {
-          const double nan = std::numeric_limits<double>::quiet_NaN();
-          const DoubleVec3 p = k < count[i] ? all[i].points[k] : DoubleVec3{nan, nan, nan};
-          out[0] = p.x, out[1] = p.y, out[2] = p.z;
-        }
+    const Result r = describe_intersections_into(a, b, copy.empty() ? rows.data : copy.data(), n,
+                                                 all.get(), options);
+    double* out = points.get();
+    for (std::size_t i = 0; r.ok() && i < n; ++i) {
+      kind[i] = static_cast<std::uint8_t>(all[i].kind);
+      count[i] = all[i].point_count;
+      for (std::size_t k = 0; k < most; ++k, out += 3) {
+        const double nan = std::numeric_limits<double>::quiet_NaN();
+        const DoubleVec3 p = k < count[i] ? all[i].points[k] : DoubleVec3{nan, nan, nan};
+        out[0] = p.x, out[1] = p.y, out[2] = p.z;
       }
-      return Result{};
-    } catch (const Error& error) {
-      return error.result();
     }
+    return r;
   });
   require_ok(search.result());
   return nb::make_tuple(numpy_array(std::move(kind), {n}), numpy_array(std::move(count), {n}),

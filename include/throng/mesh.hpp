@@ -179,18 +179,20 @@ enum class IntersectionKind : std::uint8_t {
   crossing,  // not coplanar, and they share a point that is on no edge of either
   touching,  // not coplanar otherwise
   coplanar,  // all six vertices lie in one plane
+  none,      // they do not intersect
 };
 
 // The intersection of two closed triangles: a point, the two ends of a segment, or the corners of a
 // convex polygon, in the order in which the first triangle winds.
 struct TriangleIntersection {
-  IntersectionKind kind = IntersectionKind::touching;
-  std::uint8_t point_count = 0;  // 1 to 6; 0: they do not intersect
+  IntersectionKind kind = IntersectionKind::none;
+  std::uint8_t point_count = 0;  // 1 to 6; 0 of kind none
   DoubleVec3 points[6] = {};     // the first point_count are set
 };
 
 // Describes the intersection of each pair of triangles, of `a` and of `b`; for one mesh pass it
-// twice. Vertices that two triangles of one mesh share are points as any other. `kind` and
+// twice. Pass the meshes with the transforms of the search: a pair that is apart gets kind `none`.
+// Vertices that two triangles of one mesh share are points as any other. `kind` and
 // `point_count` are exact. Each coordinate of a point is the exact one rounded to nearest, so equal
 // points have equal coordinates in all pairs; different points that are very close may have them,
 // too. Of the options, `threads`, `executor` and `stop` are used.
@@ -212,5 +214,13 @@ inline std::vector<TriangleIntersection> describe_intersections(const TriangleMe
                                                                 const Options& options = {}) {
   return describe_intersections(a, b, pairs.data(), pairs.size(), options);
 }
+
+// The same into out[0 .. count-1], without an allocation and without exceptions. After an error the
+// values of `out` are not specified.
+[[nodiscard]] THRONG_API Result describe_intersections_into(const TriangleMesh& a,
+                                                            const TriangleMesh& b,
+                                                            const Pair* pairs, std::size_t count,
+                                                            TriangleIntersection* out,
+                                                            const Options& options = {}) noexcept;
 
 }  // namespace throng

@@ -515,21 +515,23 @@ THRONG_API const throng_pair* throng_mesh_finder_pairs(const throng_mesh_finder*
 enum {
   THRONG_INTERSECTION_CROSSING, /* not coplanar; a common point is on no edge of either triangle */
   THRONG_INTERSECTION_TOUCHING, /* not coplanar otherwise */
-  THRONG_INTERSECTION_COPLANAR  /* all six vertices lie in one plane */
+  THRONG_INTERSECTION_COPLANAR, /* all six vertices lie in one plane */
+  THRONG_INTERSECTION_NONE      /* they do not intersect */
 };
 /* The intersection of two triangles: a point, the ends of a segment, or the corners of a convex
  * polygon, in the order in which the first triangle winds. */
 typedef struct throng_intersection {
   uint8_t kind;        /* one of THRONG_INTERSECTION_* */
-  uint8_t point_count; /* 1 to 6; 0: they do not intersect */
+  uint8_t point_count; /* 1 to 6; 0 of kind THRONG_INTERSECTION_NONE */
   double points[6][3]; /* the first point_count are set */
 } throng_intersection;
 
 /* Describes the intersection of each of `count` pairs in out[0 .. count-1]; `b` NULL: pairs within
- * `a`. `kind` and `point_count` are exact; each coordinate is the exact one rounded to nearest.
- * Vertices that two triangles of one mesh share are points as any other. The pairs of the finder
- * stay. Of the options, threads, executor and `stoppable` are used. THRONG_BAD_MESH also for a pair
- * out of range. */
+ * `a`. Pass the meshes with the transforms of the search: a pair that is apart is of kind
+ * THRONG_INTERSECTION_NONE. `kind` and `point_count` are exact; each coordinate is the exact one
+ * rounded to nearest. Vertices that two triangles of one mesh share are points as any other. The
+ * pairs of the finder stay. Of the options, threads, executor and `stoppable` are used.
+ * THRONG_BAD_MESH also for a pair out of range. */
 THRONG_API throng_status throng_mesh_finder_describe(throng_mesh_finder* finder,
                                                      const throng_mesh* a, const throng_mesh* b,
                                                      const throng_pair* pairs, size_t count,

@@ -177,12 +177,32 @@ def test_describe() -> None:
         assert numpy.array_equal(mesh.describe(given_, (vertices, faces)).kind, found.kind)
     nothing = mesh.describe(pairs[:0], (vertices, faces))
     assert nothing.kind.shape == (0,) and nothing.points.shape == (0, 6, 3)
-    assert mesh.describe(numpy.array([[0, 2]]), (vertices, faces)).point_count.tolist() == [0]
+    apart_ = mesh.describe(numpy.array([[0, 2]]), (vertices, faces))
+    assert apart_.point_count.tolist() == [0] and apart_.kind.tolist() == [Kind.NONE]
     for bad in (numpy.array([[0, 4]]), numpy.array([[-1, 0]]), numpy.array([[0, 2**32]]), numpy.zeros((2, 3), int)):
         with pytest.raises(ValueError):
             mesh.describe(bad, (vertices, faces))
     with pytest.raises(TypeError, match="pairs: found float64"):
         mesh.describe(pairs.astype(float), (vertices, faces))
+
+
+def test_describe_without_the_transform_of_the_search() -> None:
+    away = numpy.eye(4)
+    away[0, 3] = 500
+    other = (VERTICES - [500, 0, 0], FACES)
+    pairs = mesh.intersections((VERTICES, FACES), other, other_transform=away)
+    assert len(pairs) > 0
+    assert Kind.NONE not in mesh.describe(pairs, (VERTICES, FACES), other, other_transform=away).kind
+    forgotten = mesh.describe(pairs, (VERTICES, FACES), other)
+    assert set(forgotten.kind.tolist()) == {Kind.NONE} and not forgotten.point_count.any()
+
+
+def test_repeated_indices_count_as_one_vertex() -> None:
+    for a in ((1, 2, 2), (1, 1, 2), (2, 1, 2)):
+        for b in ((1, 2, 2), (2, 1, 1)):
+            faces = numpy.array([a, b])
+            assert len(mesh.self_intersections(VERTICES, faces)) == 0
+            assert self_intersections(VERTICES, faces) == []
 
 
 def layouts(array: Any) -> list[Any]:

@@ -73,6 +73,8 @@ class Kind(enum.IntEnum):
     """Not in one plane otherwise."""
     COPLANAR = 2
     """All six vertices are in one plane."""
+    NONE = 3
+    """They do not intersect."""
 
 
 class Intersections(NamedTuple):
@@ -81,7 +83,7 @@ class Intersections(NamedTuple):
     kind: NDArray[numpy.uint8]
     """(k,): values of Kind."""
     point_count: NDArray[numpy.uint8]
-    """(k,): 1 to 6; 0: the two do not intersect."""
+    """(k,): 1 to 6; 0 of kind NONE."""
     points: NDArray[numpy.float64]
     """(k, 6, 3): the first `point_count` in order, then NaN."""
 
@@ -299,8 +301,8 @@ def describe(
 ) -> Intersections:
     """How and where each of these pairs of triangles intersects.
 
-    pairs: (k, 2) integers, as from self_intersections(mesh), or intersections(mesh, other) with the
-        same transforms.
+    pairs: (k, 2) integers, as from self_intersections(mesh), or intersections(mesh, other).
+    transform, other_transform: those of the search. Without them most pairs are of Kind.NONE.
 
     Kinds and numbers of points are exact. Each coordinate of a point is the exact one, rounded to
     the nearest double: equal points have equal coordinates in all pairs.

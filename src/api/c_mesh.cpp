@@ -21,11 +21,11 @@ static_assert(sizeof(throng_intersection) == sizeof(throng::TriangleIntersection
                   offsetof(throng::TriangleIntersection, point_count) &&
               offsetof(throng_intersection, points) ==
                   offsetof(throng::TriangleIntersection, points));
-static_assert(THRONG_INTERSECTION_CROSSING ==
-                  static_cast<int>(throng::IntersectionKind::crossing) &&
-              THRONG_INTERSECTION_TOUCHING ==
-                  static_cast<int>(throng::IntersectionKind::touching) &&
-              THRONG_INTERSECTION_COPLANAR == static_cast<int>(throng::IntersectionKind::coplanar));
+static_assert(
+    THRONG_INTERSECTION_CROSSING == static_cast<int>(throng::IntersectionKind::crossing) &&
+    THRONG_INTERSECTION_TOUCHING == static_cast<int>(throng::IntersectionKind::touching) &&
+    THRONG_INTERSECTION_COPLANAR == static_cast<int>(throng::IntersectionKind::coplanar) &&
+    THRONG_INTERSECTION_NONE == static_cast<int>(throng::IntersectionKind::none));
 static_assert(sizeof(throng::AffineTransform) == 12 * sizeof(double) &&
               sizeof(throng::Triangle) == 3 * sizeof(uint32_t));
 
@@ -86,19 +86,6 @@ throng_status consume(throng_mesh_finder* finder, const throng_mesh* a, const th
     if (!consumer) return as_mesh_result(throng::c_api::bad_option("found no consumer (NULL)"));
     return call(take, meshes...);
   });
-}
-
-// Runs write(), which may throw, and returns the failure as a result.
-template <class Write>
-Result caught(const Write& write) noexcept {
-  try {
-    write();
-    return {};
-  } catch (const throng::Error& error) {
-    return error.result();
-  } catch (const std::bad_alloc&) {
-    return refused(Status::out_of_memory, "no memory for the intersections; describe fewer pairs");
-  }
 }
 
 throng_mesh packed(const throng_vertices& vertices, const uint32_t* triangles,
@@ -184,16 +171,11 @@ throng_status throng_mesh_finder_describe(throng_mesh_finder* finder, const thro
       return refused(Status::bad_option,
                      "found no pairs, or no array for their intersections (NULL); give both");
     }
-    Result r = caught([&] {
-      // One mesh is passed twice, so that messages name it as such.
-      const throng::TriangleMesh mesh_a = view(*a), mesh_b = b ? view(*b) : throng::TriangleMesh();
-      const auto described = throng::describe_intersections(
-          mesh_a, b ? mesh_b : mesh_a, reinterpret_cast<const throng::Pair*>(pairs), count,
-          finder->options());
-      if (count != 0) std::memcpy(out, described.data(), count * sizeof *out);
-    });
-    if (r.ok()) r.found = r.written = count;
-    return r;
+    // One mesh is passed twice, so that messages name it as such.
+    const throng::TriangleMesh mesh_a = view(*a), mesh_b = b ? view(*b) : throng::TriangleMesh();
+    return throng::describe_intersections_into(
+        mesh_a, b ? mesh_b : mesh_a, reinterpret_cast<const throng::Pair*>(pairs), count,
+        reinterpret_cast<throng::TriangleIntersection*>(out), finder->options());
   });
 }
 

@@ -57,7 +57,7 @@ class Description {
   bool valid(const Options& options, Result& r) const noexcept {
     if (!valid_executor(options.executor, r)) return false;
     if (count_ != 0 && !pairs_) {
-      set_message(r, "%llu pairs are to be described but their array is null; give its address",
+      set_message(r, "the array of the pairs to describe is null; give the address of %llu",
                   ull{count_});
       return refuse(r, Status::bad_option);
     }
@@ -108,9 +108,10 @@ class Description {
       const std::uint32_t i = second ? pair.second : pair.first;
       if (i < m.mesh.size()) continue;
       set_message(r,
-                  "pair %llu has triangle %llu as its %s, but %s has %llu triangles, counted from "
+                  "pair %llu has triangle %llu as its %s, but %s has %llu triangle%s, counted from "
                   "0; pass the meshes for which the pairs were found, in the same order",
-                  ull{first_bad_}, ull{i}, second ? "second" : "first", m.name, ull{m.mesh.size()});
+                  ull{first_bad_}, ull{i}, second ? "second" : "first", m.name, ull{m.mesh.size()},
+                  m.mesh.size() == 1 ? "" : "s");
       return;
     }
     mesh::TrianglePoints points;
@@ -130,24 +131,40 @@ class Description {
 
 }  // namespace
 
+Result describe_intersections_into(const TriangleMesh& a, const TriangleMesh& b, const Pair* pairs,
+                                   std::size_t count, TriangleIntersection* out,
+                                   const Options& options) noexcept {
+  const base::FloatState float_state;
+  Result r;
+  Description description(a, b, pairs, count);
+  if (!description.valid(options, r)) return r;
+  if (count != 0 && !out) {
+    set_message(r, "the array for the intersections is null; give the address of room for %llu",
+                ull{count});
+    (void)refuse(r, Status::bad_option);
+    return r;
+  }
+  description.run(options, out, r);
+  if (r.ok()) r.found = r.written = count;
+  return r;
+}
+
 std::vector<TriangleIntersection> describe_intersections(const TriangleMesh& a,
                                                          const TriangleMesh& b, const Pair* pairs,
                                                          std::size_t count,
                                                          const Options& options) {
-  const base::FloatState float_state;
   Result r;
   std::vector<TriangleIntersection> descriptions;
-  Description description(a, b, pairs, count);
-  if (!description.valid(options, r)) throw Error(r);
   try {
-    descriptions.resize(count);
+    // Without pairs, the call explains what is missing.
+    if (pairs) descriptions.resize(count);
   } catch (...) {
     explain_failure(r, {Status::out_of_memory, count * sizeof(TriangleIntersection)},
                     "describe fewer pairs at once");
     throw Error(r);
   }
-  description.run(options, descriptions.data(), r);
-  if (r.status != Status::ok) throw Error(r);
+  r = describe_intersections_into(a, b, pairs, count, descriptions.data(), options);
+  if (!r.ok()) throw Error(r);
   return descriptions;
 }
 

@@ -428,6 +428,7 @@ TriangleIntersection describe_intersection(const TrianglePoints& a,
   if (of_a.all_zero() && of_b.all_zero()) {
     if (!are_coplanar(a, b)) return result;  // two segments on skew lines
     const FlatIntersection flat(a, b);
+    if (flat.count() == 0) return result;
     result.kind = IntersectionKind::coplanar;
     result.point_count = static_cast<std::uint8_t>(flat.count());
     flat.write(result.points);
@@ -438,11 +439,12 @@ TriangleIntersection describe_intersection(const TrianglePoints& a,
   ends.add_vertices(b, of_b, a);
   ends.add_crossings(a, of_a, b);
   ends.add_crossings(b, of_b, a);
+  if (ends.count() == 0) return result;
   result.point_count = static_cast<std::uint8_t>(ends.count());
   ends.write(result.points);
   // The inside of a segment is on an edge if and only if that edge is on the common line.
-  if (ends.count() == 2 && of_a.zeros() < 2 && of_b.zeros() < 2)
-    result.kind = IntersectionKind::crossing;
+  const bool crosses = ends.count() == 2 && of_a.zeros() < 2 && of_b.zeros() < 2;
+  result.kind = crosses ? IntersectionKind::crossing : IntersectionKind::touching;
   return result;
 }
 

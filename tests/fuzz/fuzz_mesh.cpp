@@ -174,7 +174,8 @@ void check_descriptions(Bytes& bytes, const MeshScene& s) {
     const mesh::TrianglePoints p = s.a.points(pairs[n].first), q = second.points(pairs[n].second);
     must((found[n].point_count != 0) == mesh::triangles_meet(p, q),
          "the description and the rule disagree");
-    must(found[n].point_count <= 6 && found[n].kind <= IntersectionKind::coplanar,
+    must(found[n].point_count <= 6 && found[n].kind <= IntersectionKind::none &&
+             (found[n].point_count == 0) == (found[n].kind == IntersectionKind::none),
          "a description is out of range");
     // Points lie in the boxes of both triangles.
     for (int k = 0; k < found[n].point_count; ++k) {

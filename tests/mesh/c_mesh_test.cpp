@@ -278,6 +278,22 @@ TEST_F(CMesh, DescribesAMovedMesh) {
   }
 }
 
+TEST_F(CMesh, DescribesWithoutTheTransformAsNone) {
+  const double transform[12] = {1, 0, 0, 500, 0, 1, 0, 0, 0, 0, 1, 0};
+  throng_mesh a = a_.c_floats();
+  const throng_mesh b = b_.c_doubles();
+  const Found found = find(a, &b);
+  ASSERT_GT(found.size(), 0u);
+  a.transform = transform;
+  throng_intersection out[1] = {};
+  ASSERT_EQ(throng_mesh_finder_describe(finder_, &a, &b, throng_mesh_finder_pairs(finder_, nullptr),
+                                        1, out),
+            THRONG_OK)
+      << message();
+  EXPECT_EQ(out[0].kind, THRONG_INTERSECTION_NONE);
+  EXPECT_EQ(out[0].point_count, 0);
+}
+
 TEST_F(CMesh, DescribeRefusesWhatItCannotRead) {
   const throng_mesh a = a_.c_floats();
   const throng_pair out_of_range = {0, 60};

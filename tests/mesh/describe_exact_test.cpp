@@ -52,6 +52,7 @@ TriangleIntersection check(const TwoTriangles& t) {
   const ExactTriangle a = exact_triangle(t.a.p), b = exact_triangle(t.b.p);
   const std::vector<ExactPoint> points = intersection(a, b);
   EXPECT_EQ(found.point_count, points.size()) << to_text(t);
+  EXPECT_EQ(found.kind == IntersectionKind::none, points.empty()) << to_text(t);
   if (points.empty() || found.point_count != points.size()) return found;
   EXPECT_EQ(found.kind, exact_kind(a, b, points)) << to_text(t);
   std::vector<std::array<double, 3>> wanted, got;

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "support/heap_count.hpp"
+
 namespace throng::tests {
 namespace {
 
@@ -104,11 +106,13 @@ TEST(DescribeIntersections, WithoutArea) {
   expect({{{0, 0, 0}, {4, 4, 0}, {4, 4, 0}, {0, 4, 0}, {4, 0, 0}, {3, 1, 0}}}, Kind::coplanar,
          {{2, 2, 0}});
   // Skew lines.
-  expect({{{0, 0, 0}, {4, 4, 0}, {4, 4, 0}, {0, 4, 1}, {4, 0, 1}, {3, 1, 1}}}, Kind::touching, {});
+  expect({{{0, 0, 0}, {4, 4, 0}, {4, 4, 0}, {0, 4, 1}, {4, 0, 1}, {3, 1, 1}}}, Kind::none, {});
 }
 TEST(DescribeIntersections, Apart) {
-  expect({{{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 1}, {8, 0, 1}, {0, 8, 1}}}, Kind::touching, {});
-  expect({{{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {5, 5, -1}, {5, 5, 1}, {9, 9, 1}}}, Kind::touching, {});
+  expect({{{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 1}, {8, 0, 1}, {0, 8, 1}}}, Kind::none, {});
+  expect({{{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {5, 5, -1}, {5, 5, 1}, {9, 9, 1}}}, Kind::none, {});
+  // In one plane.
+  expect({{{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {5, 5, 0}, {9, 9, 0}, {9, 5, 0}}}, Kind::none, {});
 }
 TEST(DescribeIntersections, ZerosHaveNoSign) {
   const TriangleIntersection d = describe(TwoMesh{
@@ -137,7 +141,9 @@ TEST(DescribeIntersections, TwoMeshesWithTransforms) {
   // The same the other way round, and moved out of reach.
   EXPECT_EQ(points_of(describe_intersections(turned, flat, &pair, 1).at(0)).size(), 2u);
   turned.transform.row[2][3] = 1;
-  EXPECT_EQ(describe_intersections(flat, turned, &pair, 1).at(0).point_count, 0);
+  const TriangleIntersection apart = describe_intersections(flat, turned, &pair, 1).at(0);
+  EXPECT_EQ(apart.point_count, 0);
+  EXPECT_EQ(apart.kind, Kind::none);
 }
 
 // Every pair that the finder reports in a scene has a description with points, and threads and the
@@ -196,6 +202,36 @@ TEST(DescribeIntersections, RunsOnTheExecutor) {
   EXPECT_EQ(calls.runs, 1u);
   EXPECT_EQ(calls.tasks, 3u);
   for (const TriangleIntersection& d : found) EXPECT_EQ(d.point_count, 2);
+}
+
+TEST(DescribeIntersections, IntoAnArray) {
+  const TwoMesh two{{{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {1, 1, -1}, {1, 1, 1}, {3, 1, 1}}};
+  const TriangleMesh mesh = two;
+  const Pair pairs[2] = {{0, 1}, {0, 0}};
+  TriangleIntersection out[3];
+  out[2].point_count = 77;
+  Options options;
+  options.threads = 1;
+  HeapCount::start();
+  const Result r = describe_intersections_into(mesh, mesh, pairs, 2, out, options);
+  EXPECT_EQ(HeapCount::stop(), 0u);
+  ASSERT_TRUE(r.ok()) << r.message;
+  EXPECT_EQ(r.found, 2u);
+  EXPECT_EQ(r.written, 2u);
+  const auto want = describe_intersections(mesh, mesh, pairs, 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(out[i].kind, want[i].kind);
+    EXPECT_EQ(points_of(out[i]), points_of(want[i]));
+  }
+  EXPECT_EQ(out[2].point_count, 77);
+  EXPECT_TRUE(describe_intersections_into(mesh, mesh, nullptr, 0, nullptr).ok());
+  const Result no_array = describe_intersections_into(mesh, mesh, pairs, 2, nullptr);
+  EXPECT_EQ(no_array.status, Status::bad_option);
+  EXPECT_STREQ(no_array.message,
+               "the array for the intersections is null; give the address of room for 2");
+  EXPECT_EQ(describe_intersections_into(mesh, mesh, nullptr, 2, out).status, Status::bad_option);
+  const Pair bad = {0, 2};
+  EXPECT_EQ(describe_intersections_into(mesh, mesh, &bad, 1, out).status, Status::bad_mesh);
 }
 
 // The message of the error that the call throws.
