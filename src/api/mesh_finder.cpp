@@ -111,7 +111,8 @@ void explain_defects(const mesh::MeshCall& call, const mesh::MeshDefects& defect
   char others[64];
   others[0] = 0;
   if (defects.count > 1)
-    std::snprintf(others, sizeof others, " (%llu more bad triangles)", ull{defects.count - 1});
+    std::snprintf(others, sizeof others, " (%llu more bad triangle%s)", ull{defects.count - 1},
+                  defects.count == 2 ? "" : "s");
   explain_bad_triangle(mesh, which, defects.first, defects.vertex, others, r);
 }
 

@@ -131,7 +131,8 @@ void explain(Result& r, bool two_sets, bool nan_in_second_set, const char* if_no
           ull{r.invalid_count}, ull{r.first_invalid});
       break;
     case Status::buffer_too_small:
-      set_message(r, "%llu pairs do not fit; raise the capacity to that", ull{r.found});
+      set_message(r, "%llu pair%s; raise the capacity to that", ull{r.found},
+                  r.found == 1 ? " does not fit" : "s do not fit");
       break;
     case Status::out_of_memory:
       set_out_of_memory_message(r, if_no_memory);

@@ -73,10 +73,12 @@ bool valid_mesh_on_device(const TriangleMesh& mesh, const char* which, Result& r
 void explain_bad_triangle(const TriangleMesh& mesh, const char* which, std::uint64_t triangle,
                           std::uint32_t vertex, const char* after, Result& r) noexcept {
   if (vertex >= mesh.vertices.size()) {
-    set_message(r,
-                "triangle %llu of %s has vertex %llu, but there are %llu vertices, counted from 0; "
-                "fix the index%s",
-                ull{triangle}, which, ull{vertex}, ull{mesh.vertices.size()}, after);
+    set_message(
+        r,
+        "triangle %llu of %s has vertex %llu, but there %s %llu %s, counted from 0; fix the "
+        "index%s",
+        ull{triangle}, which, ull{vertex}, mesh.vertices.size() == 1 ? "is" : "are",
+        ull{mesh.vertices.size()}, mesh.vertices.size() == 1 ? "vertex" : "vertices", after);
     return;
   }
   const DoubleVec3 p = mesh.vertices[vertex];

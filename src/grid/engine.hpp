@@ -55,6 +55,9 @@ class Engine {
   Result find(const DoubleBoxes& a, const DoubleBoxes* b, const Options&, Output* output,
               const Consumer* consumer);
 
+  // A cap that suffices for a search of so many boxes, estimated without its plan.
+  std::size_t sufficient_bytes(const Options&, std::uint64_t boxes, bool has_worlds) const noexcept;
+
   base::Memory& memory() noexcept { return memory_; }
   base::Buffer<Pair>& pairs() noexcept { return pairs_; }
   // The plan of the last call's single grid; null if there was none: brute force, or one problem
@@ -91,6 +94,7 @@ class Engine {
   void consume_range(Call&, const Consumer&, std::uint64_t begin, unsigned slice_bits, bool& go_on);
   void solve_partition(Call&);
   std::size_t sufficient_bytes(const Call&) const noexcept;
+  std::size_t sufficient_bytes(const Call&, std::uint64_t boxes) const noexcept;
 
   base::Memory memory_;
   base::Buffer<Box> rounded_;  // float boxes in place of doubles

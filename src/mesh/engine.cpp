@@ -127,16 +127,16 @@ MeshResult MeshEngine::find(const MeshCall& call, const Options& options, base::
   const PairKernels& kernels = kernels_for(grid::find_kernels(options.isa)->isa);
   PairInput input;
   Boxes sides[2];
+  // Both meshes are read as floats, or both as doubles.
+  const bool a_moves = !is_identity(a.transform), b_moves = !is_identity(b.transform);
+  input.is_float = a.vertices.is_float() && b.vertices.is_float() && !a_moves && !b_moves;
+  const bool a_as_given = input.is_float || (!a.vertices.is_float() && !a_moves);
+  const bool b_as_given = !call.b || input.is_float || (!b.vertices.is_float() && !b_moves);
+  const std::size_t of_a = a_as_given ? 0 : a.vertices.size();
+  const std::size_t of_b = b_as_given ? 0 : b.vertices.size();
   try {
     memory.set_cap(consumer ? options.memory_cap_bytes : 0);
     Box* const boxes = boxes_.ensure(triangles, memory.cap() != 0);
-    // Both meshes are read as floats, or both as doubles.
-    const bool a_moves = !is_identity(a.transform), b_moves = !is_identity(b.transform);
-    input.is_float = a.vertices.is_float() && b.vertices.is_float() && !a_moves && !b_moves;
-    const bool a_as_given = input.is_float || (!a.vertices.is_float() && !a_moves);
-    const bool b_as_given = !call.b || input.is_float || (!b.vertices.is_float() && !b_moves);
-    const std::size_t of_a = a_as_given ? 0 : a.vertices.size();
-    const std::size_t of_b = b_as_given ? 0 : b.vertices.size();
     DoubleVec3* const points = points_.ensure(of_a + of_b, memory.cap() != 0);
     input.a = arrays_of(a, a_as_given, tasks, executor, points);
     input.b = call.b ? arrays_of(b, b_as_given, tasks, executor, points + of_a) : input.a;
@@ -175,8 +175,12 @@ MeshResult MeshEngine::find(const MeshCall& call, const Options& options, base::
     r.bytes_needed = failure.bytes;
     return r;
   } catch (const base::CapExceeded& failure) {
+    // The search that follows counts, too.
+    const bool has_worlds = a.filters.world || b.filters.world;
+    const std::size_t enough = triangles * sizeof(Box) + (of_a + of_b) * sizeof(DoubleVec3) +
+                               search_.sufficient_bytes(options, triangles, has_worlds);
     r.status = Status::memory_cap_too_small;
-    r.bytes_needed = failure.bytes_needed;
+    r.bytes_needed = std::max(failure.bytes_needed, enough);
     return r;
   }
   const double boxes_ms = clock.lap();

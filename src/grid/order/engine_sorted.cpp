@@ -140,7 +140,18 @@ void Engine::consume_range(Call& call, const Consumer& consumer, std::uint64_t b
 // A cap under which this call does not fail: all held memory, and a generous bound for the largest
 // column of a grid.
 std::size_t Engine::sufficient_bytes(const Call& call) const noexcept {
-  const std::uint64_t boxes = box_count(call.search);
+  return sufficient_bytes(call, box_count(call.search));
+}
+
+std::size_t Engine::sufficient_bytes(const Options& options, std::uint64_t boxes,
+                                     bool has_worlds) const noexcept {
+  Call call(options);
+  call.tasks = boxes < threads_pay_from ? 1 : base::threads_of(options);
+  call.partitioned = has_worlds;
+  return sufficient_bytes(call, boxes);
+}
+
+std::size_t Engine::sufficient_bytes(const Call& call, std::uint64_t boxes) const noexcept {
   const double records =
       std::max<double>(static_cast<double>(grid_.record_bound()),
                        static_cast<double>(boxes) * std::max(1.5, 1.25 * call.plan.replicas));
