@@ -3,9 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <string>
-#include <vector>
 
 #include "apps/meshes/mesh_file.hpp"
 
@@ -27,9 +25,6 @@ class MeshBuilder {
 
   // Throws for a finite value that is no float32, unless doubles are kept.
   void add_vertex(double x, double y, double z, Place place);
-  // The index of the vertex at this position; adds it if there is none. 0 and -0 are equal; a NaN
-  // equals nothing.
-  std::uint32_t weld_vertex(double x, double y, double z, Place place);
 
   // Starts a polygon; its corners follow.
   void begin_polygon() noexcept { corners_ = 0; }
@@ -45,9 +40,6 @@ class MeshBuilder {
 
  private:
   void add_triangle(Triangle triangle);
-  void grow_table();
-  std::size_t slot_of(DoubleVec3 position) const noexcept;
-  DoubleVec3 position(std::size_t i) const noexcept;
 
   std::string name_;
   MeshFile mesh_;
@@ -58,9 +50,6 @@ class MeshBuilder {
   std::uint32_t largest_ = 0;
   unsigned largest_written_ = 0;
   Place largest_place_;
-  // Open addressing over the vertices; empty: no_vertex.
-  static constexpr std::uint32_t no_vertex = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> table_;
 };
 
 }  // namespace throng::meshes

@@ -15,11 +15,12 @@ using Parse = void (*)(std::string_view text, MeshBuilder& builder);
 struct Format {
   const char* suffix;
   Parse parse;
+  bool has_indices = true;
 };
 constexpr Format formats[] = {
-    {".obj", parse_obj}, {".off", parse_off}, {".ply", parse_ply}, {".stl", parse_stl}};
+    {".obj", parse_obj}, {".off", parse_off}, {".ply", parse_ply}, {".stl", parse_stl, false}};
 
-Parse parser_of(const std::string& name) {
+const Format& format_of(const std::string& name) {
   const std::size_t slash = name.find_last_of("/\\");
   const std::size_t dot = name.rfind('.');
   std::string suffix;
@@ -29,23 +30,26 @@ Parse parser_of(const std::string& name) {
     }
   }
   for (const Format& format : formats) {
-    if (suffix == format.suffix) return format.parse;
+    if (suffix == format.suffix) return format;
   }
   scenes::throw_file_error(name, suffix.empty() ? "no suffix" : "the suffix '" + suffix + "'",
                            "a mesh in .obj, .off, .ply or .stl");
 }
 
-MeshFile parse(Parse parser, std::string_view bytes, const std::string& name, Precision precision) {
+MeshFile parse(const Format& format, std::string_view bytes, const std::string& name,
+               Precision precision) {
   if (bytes.empty()) scenes::throw_file_error(name, "an empty file", "a mesh");
   MeshBuilder builder(name, precision);
-  parser(bytes, builder);
-  return builder.finish();
+  format.parse(bytes, builder);
+  MeshFile mesh = builder.finish();
+  if (!format.has_indices) weld_vertices(mesh);
+  return mesh;
 }
 
 }  // namespace
 
 MeshFile read_mesh(const std::string& path, Precision precision) {
-  const Parse parser = parser_of(path);
+  const Format& format = format_of(path);
   std::uint64_t size = 0;
   const auto file = scenes::open_regular_file(path, "mesh", size);
   // One byte more, so that a file that grows is noticed.
@@ -56,12 +60,12 @@ MeshFile read_mesh(const std::string& path, Precision precision) {
     scenes::throw_file_error(path, "a file that changed or failed while read",
                              std::to_string(size) + " bytes");
   }
-  return parse(parser, {bytes.get(), got}, path, precision);
+  return parse(format, {bytes.get(), got}, path, precision);
 }
 
 MeshFile parse_mesh(const char* data, std::size_t size, const std::string& name,
                     Precision precision) {
-  return parse(parser_of(name), {data, size}, name, precision);
+  return parse(format_of(name), {data, size}, name, precision);
 }
 
 }  // namespace throng::meshes

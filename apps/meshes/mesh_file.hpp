@@ -1,10 +1,10 @@
 // Triangle meshes in files: .obj, .off, .ply and .stl.
 //
 // Vertices and faces keep the file's numbers: nothing is welded, split or reordered, since
-// triangles that share a vertex by index are neighbours. STL has no indices: equal positions are
-// one vertex, numbered by first use. A polygon is cut into a fan from its first vertex; a triangle
-// with a repeated index and a polygon of fewer than three vertices are dropped and counted. Decimal
-// numbers are rounded to the nearest double, then to float32.
+// triangles that share a vertex by index are neighbours. STL has no indices: it is welded. A
+// polygon is cut into a fan from its first vertex; a triangle with a repeated index and a polygon
+// of fewer than three vertices are dropped and counted. Decimal numbers are rounded to the nearest
+// double, then to float32.
 //
 // Every failure is a scenes::FileError that names the file and the line or the byte. Memory is
 // allocated for what the file holds, never for what its header claims.
@@ -39,6 +39,11 @@ struct MeshFile {
                : TriangleMesh(Vertices(double_vertices.data(), double_vertices.size()), triangles);
   }
 };
+
+// Makes vertices at equal positions one vertex, the first of them, and drops and counts triangles
+// that then repeat an index. The other vertices keep their order. 0 and -0 are equal; a NaN equals
+// nothing. Returns the number of vertices that are gone.
+std::size_t weld_vertices(MeshFile& mesh);
 
 // The name's suffix, in any case, chooses the format.
 MeshFile read_mesh(const std::string& path, Precision precision = Precision::float32);

@@ -19,8 +19,11 @@ void add_corner(std::string_view word, const TextScanner& scan, MeshBuilder& bui
   if (index > 0) return builder.add_corner(static_cast<std::uint64_t>(index) - 1, scan.place(), 1);
   const std::uint64_t back = 0 - static_cast<std::uint64_t>(index);
   if (index == 0 || back > builder.vertex_count()) {
-    scan.fail("the vertex index " + std::to_string(index),
-              "1 and up, or -1 to -" + std::to_string(builder.vertex_count()) + " here");
+    const std::size_t count = builder.vertex_count();
+    const std::string negative = count == 0   ? ""
+                                 : count == 1 ? ", or -1 here"
+                                              : ", or -1 to -" + std::to_string(count) + " here";
+    scan.fail("the vertex index " + std::to_string(index), "1 and up" + negative);
   }
   builder.add_corner(builder.vertex_count() - back, scan.place(), 1);
 }

@@ -1,4 +1,4 @@
-// STL, ASCII and binary. Normals and attributes are skipped; equal positions become one vertex.
+// STL, ASCII and binary. Normals and attributes are skipped. Each corner is a vertex of its own.
 #include <algorithm>
 #include <cstring>
 
@@ -26,7 +26,7 @@ double float_at(std::string_view bytes, std::size_t at) noexcept {
 
 // Binary files may start with 'solid', too; text has no byte 0.
 bool is_text(std::string_view bytes) {
-  const std::string_view start = bytes.substr(0, 512);
+  const std::string_view start = TextScanner::without_byte_order_mark(bytes).substr(0, 512);
   const std::size_t word = start.find_first_not_of(" \t\r\n");
   return word != std::string_view::npos && start.find('\0') == std::string_view::npos &&
          (start.substr(word, 5) == "solid" || start.substr(word, 5) == "SOLID");
@@ -50,9 +50,9 @@ void parse_binary(std::string_view bytes, MeshBuilder& builder) {
     for (std::size_t k = 1; k < 4; ++k) {
       const std::size_t corner = at + 12 * k;
       const Place place{"byte", corner};
-      builder.add_corner(builder.weld_vertex(float_at(bytes, corner), float_at(bytes, corner + 4),
-                                             float_at(bytes, corner + 8), place),
-                         place);
+      builder.add_vertex(float_at(bytes, corner), float_at(bytes, corner + 4),
+                         float_at(bytes, corner + 8), place);
+      builder.add_corner(builder.vertex_count() - 1, place);
     }
     builder.end_polygon();
   }
@@ -98,7 +98,8 @@ class TextFacets {
       const Place place = scan_.place();
       const double x = scan_.number_of_line(), y = scan_.number_of_line(),
                    z = scan_.number_of_line();
-      builder_.add_corner(builder_.weld_vertex(x, y, z, place), place);
+      builder_.add_vertex(x, y, z, place);
+      builder_.add_corner(builder_.vertex_count() - 1, place);
     }
     expect("endloop");
     expect("endfacet");

@@ -14,10 +14,10 @@ class TextScanner {
  public:
   // `comment` starts a comment that lasts to the end of its line; 0: none. With
   // `continues_by_backslash` a backslash at the end of a line joins it with the next.
-  // `first_line`: the number of the first line, for messages.
+  // `first_line`: the number of the first line, for messages. Skips a byte order mark.
   TextScanner(std::string_view text, const MeshBuilder& builder, char comment,
               bool continues_by_backslash = false, std::uint64_t first_line = 1)
-      : at_(text.data()),
+      : at_(without_byte_order_mark(text).data()),
         end_(text.data() + text.size()),
         builder_(builder),
         line_(first_line),
@@ -48,6 +48,11 @@ class TextScanner {
 
   [[noreturn]] void fail(const std::string& found, const std::string& wanted) const {
     builder_.fail(place(), found, wanted);
+  }
+  // The text behind a byte order mark of UTF-8, which some editors write.
+  static std::string_view without_byte_order_mark(std::string_view text) noexcept {
+    constexpr std::string_view mark = "\xef\xbb\xbf";
+    return text.substr(0, mark.size()) == mark ? text.substr(mark.size()) : text;
   }
   // "'WORD'", shortened, without control characters.
   static std::string quoted(std::string_view word);

@@ -78,6 +78,48 @@ TEST(Obj, LinesMayEndWithCarriageReturns) {
   EXPECT_EQ(triangles(parse("a.obj", "# c\rv 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r")), "0 1 2");
 }
 
+TEST(MeshFiles, AByteOrderMarkIsSkipped) {
+  const std::string mark = "\xef\xbb\xbf";
+  EXPECT_EQ(triangles(parse("a.obj", mark + "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")), "0 1 2");
+  EXPECT_EQ(triangles(parse("a.off", mark + "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")),
+            "0 1 2");
+  EXPECT_EQ(
+      triangles(parse("a.ply", mark + "ply\nformat ascii 1.0\nelement vertex 3\n"
+                                      "property float x\nproperty float y\nproperty float z\n"
+                                      "element face 1\nproperty list uchar int vertex_indices\n"
+                                      "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")),
+      "0 1 2");
+  EXPECT_EQ(
+      triangles(parse("a.stl", mark + "solid\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\n"
+                                      "vertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n")),
+      "0 1 2");
+  refuses("a.obj", mark, {"no vertices"});
+  refuses("a.obj", mark + "\n\x01\n", {"line 2", "'?'"});
+}
+
+// Positions 0 and 3 are equal, and 1 and 4; 2 and 5 differ.
+TEST(Weld, EqualPositionsBecomeOneVertex) {
+  const std::string text =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0 0 0\nv 1 0 0\nv 0 1 0.5\nf 1 2 3\nf 4 5 6\nf 1 4 6\n"
+      "f 6 5 4\n";
+  for (const Precision precision : {Precision::float32, Precision::float64}) {
+    MeshFile mesh = parse("a.obj", text, precision);
+    EXPECT_EQ(weld_vertices(mesh), 2u);
+    EXPECT_EQ(mesh.vertex_count(), 4u);
+    EXPECT_EQ(triangles(mesh), "0 1 2, 0 1 3, 3 1 0");
+    EXPECT_EQ(mesh.dropped, 1u) << "the triangle of two equal positions";
+    EXPECT_EQ(mesh.view().vertices[3].z, 0.5);
+    EXPECT_EQ(weld_vertices(mesh), 0u);
+    EXPECT_EQ(triangles(mesh), "0 1 2, 0 1 3, 3 1 0");
+  }
+}
+
+TEST(Weld, EachNanStays) {
+  MeshFile mesh = parse("a.obj", "v nan 0 0\nv nan 0 0\nv inf 0 0\nv inf 0 0\nf 1 2 3\nf 1 2 4\n");
+  EXPECT_EQ(weld_vertices(mesh), 1u);
+  EXPECT_EQ(triangles(mesh), "0 1 2, 0 1 2");
+}
+
 TEST(Obj, FacesMayComeBeforeTheirVertices) {
   EXPECT_EQ(triangles(parse("a.obj", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n")), "0 1 2");
 }
@@ -86,7 +128,10 @@ TEST(Obj, RefusesWithTheLine) {
   const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   refuses("a.obj", three + "f 1 2 4\n", {"line 4", "vertex index 4", "1 to 3"});
   refuses("a.obj", three + "f 1 2 0\n", {"line 4", "vertex index 0"});
-  refuses("a.obj", three + "f 1 2 -4\n", {"line 4", "vertex index -4", "-3"});
+  refuses("a.obj", three + "f 1 2 -4\n", {"line 4", "vertex index -4", "or -1 to -3 here"});
+  refuses("a.obj", "v 0 0 0\nf -1 -1 -2\n", {"line 2", "wanted 1 and up, or -1 here"});
+  refuses("a.obj", "f -1 -1 -2\nv 0 0 0\n", {"line 1", "wanted 1 and up"});
+  refuses("a.obj", "v 0 0 0\nf 1 1 2\n", {"line 2", "wanted 1, the only one"});
   refuses("a.obj", three + "f 1 2 99999999999\n", {"line 4", "99999999999"});
   refuses("a.obj", three + "f 1 2 99999999999999999999999\n", {"line 4", "integer"});
   refuses("a.obj", three + "f 1 2 3x\n", {"line 4", "'3x'"});
