@@ -4,6 +4,8 @@
 #include "apps/report/draw_mesh.hpp"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -18,9 +20,18 @@ constexpr int shadow_size = 3072;
 constexpr std::uint32_t ground_id = 0xfffffffeu;
 constexpr unsigned part_colours[] = {0xb9c6d1, 0xd8bd8c};
 constexpr unsigned mark_colour = 0xe8351b;
+constexpr float hidden_share = 0.5f;  // of the mark's colour where marked triangles are hidden
 
 bool is_finite(const DoubleVec3& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+// The same axes with z up.
+template <class T>
+std::array<T, 3> with_z_up(const T (&c)[3], UpAxis up) {
+  return up == UpAxis::z   ? std::array<T, 3>{c[0], c[1], c[2]}
+         : up == UpAxis::y ? std::array<T, 3>{c[2], c[0], c[1]}
+                           : std::array<T, 3>{c[1], c[2], c[0]};
 }
 
 // The vertices of a part in units of the scene, z up, with their normals.
@@ -40,8 +51,8 @@ class Frame {
     for (int k = 0; k < 3; ++k)
       low_[k] = std::min(low_[k], c[k]), high_[k] = std::max(high_[k], c[k]);
   }
-  Vector to_scene(const DoubleVec3& p) const {
-    const double c[3] = {p.x, p.y, p.z};
+  Vector to_scene(const DoubleVec3& at) const {
+    const double c[3] = {at.x, at.y, at.z};
     double half = 0;
     for (int k = 0; k < 3; ++k) half = std::max(half, high_[k] / 2 - low_[k] / 2);
     if (!(half > 0)) half = 1;
@@ -49,9 +60,8 @@ class Frame {
     for (int k = 0; k < 3; ++k) {
       s[k] = static_cast<float>((c[k] / 2 - (low_[k] / 4 + high_[k] / 4)) / half * 2);
     }
-    return up_ == UpAxis::z   ? Vector{s[0], s[1], s[2]}
-           : up_ == UpAxis::y ? Vector{s[2], s[0], s[1]}
-                              : Vector{s[1], s[2], s[0]};
+    const std::array<float, 3> p = with_z_up(s, up_);
+    return {p[0], p[1], p[2]};
   }
 
  private:
@@ -66,6 +76,7 @@ class Painter {
         surfaces_(surfaces_of(parts, up)),
         view_(view_of(surfaces_, style)),
         canvas_(2 * style.width, 2 * style.height),
+        marks_(2 * style.width, 2 * style.height),
         shadow_(shadow_size, shadow_size),
         backdrop_(style.dark, canvas_) {
     std::vector<float> edges;
@@ -105,6 +116,9 @@ class Painter {
   }
 
   bool any_marked() const { return any_marked_; }
+  bool any_hidden() const { return any_hidden_; }
+  // Of a hidden mark in full light, over the first part.
+  Vector hidden_colour() const { return blend(from_screen(part_colours[0]), mark_, hidden_share); }
 
  private:
   static bool is_ground(std::uint64_t tag) {
@@ -179,6 +193,7 @@ class Painter {
                              view_.project(c[2])};
         if (q[0].nearness > 0 && q[1].nearness > 0 && q[2].nearness > 0) {
           canvas_.quad(q, id, static_cast<unsigned>(s));
+          if (surface.marked[i] != 0) marks_.quad(q, id, static_cast<unsigned>(s));
         }
         const Corner l[4] = {view_.project_to_sun(c[0]), view_.project_to_sun(c[1]),
                              view_.project_to_sun(c[2]), view_.project_to_sun(c[2])};
@@ -188,7 +203,9 @@ class Painter {
     const Vector size = view_.high - view_.low;
     reach_ = 1.15f * std::max({size.x, size.y, size.z * 0.8f, 1e-6f});
     middle_ = blend(view_.low, view_.high, 0.5f);
-    if (total_ != 0) draw_floor(canvas_, view_, middle_, reach_, view_.low.z - 0.01f, ground_id);
+    // From below, the floor would hide all.
+    if (total_ != 0 && style_.elevation >= 0)
+      draw_floor(canvas_, view_, middle_, reach_, view_.low.z - 0.01f, ground_id);
   }
 
   struct Hit {
@@ -243,12 +260,15 @@ class Painter {
     return hit.surface->marked[hit.triangle] != 0;
   }
 
+  // In samples, by the size of triangles on the screen.
+  static int reach_of_mark(float pixels) { return pixels < 6 ? 3 : pixels < 12 ? 2 : 0; }
+
   // Whether a sample shows a marked triangle; where triangles are small, or one next to it: lines
   // of small triangles stay visible.
   bool shows_mark(int x, int y, float pixels) const {
     if (!any_marked_) return false;
     if (marked_at(x, y)) return true;
-    const int reach = pixels < 6 ? 3 : pixels < 12 ? 2 : 0;
+    const int reach = reach_of_mark(pixels);
     const float near = canvas_.nearness(x, y);
     for (int dy = -reach; dy <= reach; ++dy) {
       for (int dx = -reach; dx <= reach; ++dx) {
@@ -263,7 +283,23 @@ class Painter {
     return false;
   }
 
-  Vector shade_sample(int x, int y) const {
+  // Whether a marked triangle lies here, behind others or not.
+  bool has_mark(int x, int y, float pixels) const {
+    if (!any_marked_) return false;
+    const int reach = reach_of_mark(pixels);
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) {
+        const int sx = x + dx, sy = y + dy;
+        if (dx * dx + dy * dy > reach * reach || sx < 0 || sy < 0 || sx >= marks_.width() ||
+            sy >= marks_.height())
+          continue;
+        if (marks_.tag(sx, sy) != Canvas::empty_tag) return true;
+      }
+    }
+    return false;
+  }
+
+  Vector shade_sample(int x, int y) {
     const std::uint64_t tag = canvas_.tag(x, y);
     const Vector behind = backdrop_.at(x, y);
     if (tag == Canvas::empty_tag) return behind;
@@ -284,6 +320,10 @@ class Painter {
     const bool marked = shows_mark(x, y, pixels);
     Vector colour = marked ? mark_ * blend(light, {1, 1, 1}, 0.45f)
                            : from_screen(part_colours[hit.part % 2]) * light;
+    if (!marked && has_mark(x, y, pixels)) {
+      colour = blend(colour, mark_, hidden_share);
+      any_hidden_ = true;
+    }
     // A thin line between triangles, if they are large enough on screen.
     const bool edge = (x + 1 < canvas_.width() && canvas_.tag(x + 1, y) != tag) ||
                       (y + 1 < canvas_.height() && canvas_.tag(x, y + 1) != tag);
@@ -296,16 +336,29 @@ class Painter {
   std::vector<std::uint32_t> offsets_;  // the first triangle of each part
   std::uint32_t total_ = 0;
   View view_;
-  Canvas canvas_, shadow_;
+  Canvas canvas_, marks_, shadow_;  // marks_: the marked triangles alone
   Backdrop backdrop_;
   std::vector<float> occlusion_;
   bool any_marked_ = false;
+  std::atomic<bool> any_hidden_{false};
   float typical_edge_ = 1, reach_ = 1;
   Vector middle_;
   const Vector mark_ = from_screen(mark_colour);
 };
 
 }  // namespace
+
+void look_from(const DoubleVec3& direction, UpAxis up, PictureStyle& style) {
+  const double c[3] = {direction.x, direction.y, direction.z};
+  const std::array<double, 3> d = with_z_up(c, up);
+  constexpr double degree = 0.017453292519943295;
+  const double across = std::hypot(d[0], d[1]);
+  style.elevation = static_cast<float>(std::atan2(d[2], across) / degree);
+  // From above and below, an axis that is first in the coordinates points to the right.
+  style.azimuth = across != 0       ? static_cast<float>(std::atan2(d[1], d[0]) / degree)
+                  : up == UpAxis::y ? 0.0f
+                                    : -90.0f;
+}
 
 void draw_meshes(const std::string& path, const std::vector<MeshPart>& parts,
                  const std::string& mark_name, UpAxis up, const PictureStyle& style) {
@@ -316,6 +369,7 @@ void draw_meshes(const std::string& path, const std::vector<MeshPart>& parts,
     if (!parts[s].name.empty()) keys.push_back({from_screen(part_colours[s % 2]), parts[s].name});
   }
   if (painter.any_marked()) keys.push_back({from_screen(mark_colour), mark_name});
+  if (painter.any_hidden()) keys.push_back({painter.hidden_colour(), "of them, behind others"});
   write_png(path, image, style, keys);
 }
 

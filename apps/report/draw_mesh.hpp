@@ -21,7 +21,12 @@ struct MeshPart {
 // The axis of the coordinates that points up in the picture.
 enum class UpAxis { x, y, z };
 
-// Writes a PNG. `mark_name`: what marked triangles are, for the key. Vertices that are not finite
+// Sets azimuth and elevation for a viewer in this direction from the mesh, in its coordinates, not
+// 0.
+void look_from(const DoubleVec3& direction, UpAxis up, PictureStyle& style);
+
+// Writes a PNG. `mark_name`: what marked triangles are, for the key. Marked triangles behind others
+// shine through. Vertices that are not finite
 // and the triangles with them are left out. A surface is smooth where triangles share vertices by
 // index and its angles are small. The file gets its name when complete. Throws std::runtime_error
 // that names the file.

@@ -85,7 +85,7 @@ View look_at(const Box* boxes, std::size_t count, int width, int height, float a
   choose(v, boxes, count);
   const float degree = 0.017453293f, a = azimuth * degree, e = elevation * degree;
   v.forward = {-std::cos(e) * std::cos(a), -std::cos(e) * std::sin(a), -std::sin(e)};
-  v.right = unit(cross(v.forward, {0, 0, 1}));
+  v.right = {-std::sin(a), std::cos(a), 0};
   v.up = cross(v.right, v.forward);
   const float half_view = 14 * degree;
   const float w = static_cast<float>(width), h = static_cast<float>(height);
@@ -116,8 +116,8 @@ View look_at(const Box* boxes, std::size_t count, int width, int height, float a
   const float distance = quantile(back, 0.998) + v.typical_size;
   v.eye = v.right * x + v.up * y + v.forward * -distance;
 
-  // The sun is to the left of the viewer, and higher.
-  const float s = (azimuth - 62) * degree, high = 48 * degree;
+  // The sun is to the left of the viewer, and higher; from below, lower.
+  const float s = (azimuth - 62) * degree, high = (elevation < 0 ? -48 : 48) * degree;
   v.sun = {std::cos(high) * std::cos(s), std::cos(high) * std::sin(s), std::sin(high)};
   v.sun_right = unit(cross(v.sun, {0, 0, 1}));
   v.sun_up = cross(v.sun_right, v.sun);

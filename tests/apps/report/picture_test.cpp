@@ -1,12 +1,14 @@
 // Pictures are read back by Cairo and checked pixel by pixel.
 #include "apps/report/draw_boxes.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <map>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <cairo/cairo.h>
@@ -142,6 +144,48 @@ TEST(MeshPicture, MarkedTrianglesAreRed) {
   EXPECT_NEAR(both, 2 * one, 0.1 * one);
   EXPECT_LT(count_red({1, 1}, UpAxis::x), 300) << "the square lies flat, seen edge on";
   std::filesystem::remove("mesh_picture.png");
+}
+
+// A red square below a larger one: it shines through from above, and is red from below.
+TEST(MeshPicture, HiddenMarksShineThrough) {
+  const std::vector<Vec3> points = {{-4, -4, 1}, {4, -4, 1}, {4, 4, 1}, {-4, 4, 1},
+                                    {-3, -3, 0}, {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}};
+  const std::vector<Triangle> triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
+  const std::vector<std::uint8_t> marked = {0, 0, 1, 1}, none = {0, 0, 0, 0};
+  const auto middle = [&](const DoubleVec3& from, const std::vector<std::uint8_t>& marks) {
+    PictureStyle style = small();
+    look_from(from, UpAxis::z, style);
+    draw_meshes("mesh_picture.png", {{TriangleMesh(points, triangles), marks.data(), ""}}, "marked",
+                UpAxis::z, style);
+    const std::uint32_t colour = look("mesh_picture.png").middle;
+    std::filesystem::remove("mesh_picture.png");
+    // How much more red than green and blue.
+    return static_cast<int>(colour >> 16) -
+           static_cast<int>(std::max(colour >> 8 & 255, colour & 255));
+  };
+  const int above = middle({0, 0, 2}, marked), below = middle({0, 0, -2}, marked);
+  EXPECT_GT(above, 40);
+  EXPECT_GT(below, above + 40);
+  EXPECT_LT(middle({0, 0, 2}, none), 10);
+  EXPECT_LT(middle({0, 0, -2}, none), 10);
+}
+
+TEST(MeshPicture, TheViewerStandsInTheDirection) {
+  const auto angles = [](const DoubleVec3& from, UpAxis up) {
+    PictureStyle style;
+    look_from(from, up, style);
+    return std::make_pair(std::lround(style.azimuth), std::lround(style.elevation));
+  };
+  using Angles = std::pair<long, long>;
+  EXPECT_EQ(angles({2, 0, 0}, UpAxis::z), Angles(0, 0));
+  EXPECT_EQ(angles({0, 1e-9, 0}, UpAxis::z), Angles(90, 0));
+  EXPECT_EQ(angles({1, 1, std::sqrt(2.0)}, UpAxis::z), Angles(45, 45));
+  EXPECT_EQ(angles({0, 0, -7}, UpAxis::z), Angles(-90, -90));
+  // y points up, so z is first.
+  EXPECT_EQ(angles({0, 0, 1}, UpAxis::y), Angles(0, 0));
+  EXPECT_EQ(angles({1, 0, 0}, UpAxis::y), Angles(90, 0));
+  EXPECT_EQ(angles({0, 1, 0}, UpAxis::y), Angles(0, 90));
+  EXPECT_EQ(angles({0, 1, 0}, UpAxis::x), Angles(0, 0));
 }
 
 TEST(MeshPicture, TakesAnyCoordinates) {
