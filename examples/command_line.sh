@@ -51,8 +51,10 @@ for line in 'pairs     3  (4 of 8 triangles)' 'kinds     3 crossing, 0 touching,
 done
 # snippet-begin: mesh
 throng mesh model.obj -o crossing.npy  # pairs: (m, 2) uint32
-throng mesh model.obj --picture crossing.png
-throng mesh model.obj --json           # for scripts: "pairs" is 0 if clean
+throng mesh model.obj --picture crossing.png --view 2,1,-1  # seen from this direction
+throng mesh model.obj --weld           # equal positions become one vertex first
+throng mesh model.obj --exit-code || echo "intersects"        # for scripts: status 1
+throng mesh model.obj --json           # for programs: "pairs" is 0 if clean
 throng mesh model.obj other.obj        # two meshes
 throng mesh model.obj --within 0.5     # triangles at most 0.5 apart
 # snippet-end: mesh

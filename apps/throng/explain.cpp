@@ -143,7 +143,7 @@ Run add_explain(CLI::App& program) {
       *program.add_subcommand("explain", "Explain the cost of a search, and how to reduce it");
   app.footer(help_text);
   add_input_arguments(app, arguments->input);
-  add_search_arguments(app, arguments->search, true);
+  add_search_arguments(app, arguments->search, AutoBackend::cpu_only);
   app.add_option("--html", arguments->html, "also write an HTML page")->type_name("PAGE.html");
   app.add_flag("--json", arguments->json, "print one JSON object");
   return [arguments] { return run(*arguments); };

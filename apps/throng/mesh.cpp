@@ -33,29 +33,35 @@ of the pairs, how they meet, and times. In one mesh, triangles that share vertic
 if they have a point in common beyond those vertices. The result is exact for the coordinates as
 read: the nearest float32, or double with --double. Polygons are cut into fans from their first
 vertex; triangles with a repeated index are dropped and counted. Equal positions in an STL file are
-one vertex; other files keep their vertices.
+one vertex; other files keep their vertices, unless --weld is given.
 
 Examples:
   throng mesh model.obj
   throng mesh model.ply -o pairs.npy --order canonical
-  throng mesh part.stl tool.stl --picture parts.png
+  throng mesh part.stl tool.stl --picture parts.png --view 0,0,1
+  throng mesh model.obj --weld --exit-code && echo clean
   throng mesh model.off --within 0.001 --json
   throng mesh --scene crumpled --triangles 100K --picture crumpled.png
-Exit status: 0 done, 2 bad input or an output that cannot be written.)";
+Exit status: 0 done, 1 with --exit-code if there is a pair, 2 bad input or an output that cannot be
+written.)";
 
 struct Arguments {
   std::string a, b, scene, triangles, output, picture, up;
   std::uint64_t seed = 1;
-  bool has_seed = false, doubles = false, json = false;
+  bool has_seed = false, doubles = false, weld = false, exit_code = false, json = false;
   std::optional<double> within;
+  std::optional<DoubleVec3> view;  // towards the viewer
   SearchArguments search;
   std::size_t repeat = 1;
 };
 
-NamedMesh read(const std::string& path, bool doubles) {
+NamedMesh read(const std::string& path, const Arguments& arguments) {
   try {
-    const auto precision = doubles ? meshes::Precision::float64 : meshes::Precision::float32;
-    return {path, meshes::read_mesh(path, precision)};
+    const auto precision =
+        arguments.doubles ? meshes::Precision::float64 : meshes::Precision::float32;
+    NamedMesh named{path, meshes::read_mesh(path, precision)};
+    if (arguments.weld) named.merged = meshes::weld_vertices(named.mesh);
+    return named;
   } catch (const std::bad_alloc&) {
     throw Failure(fmt::format("{}: out of memory", path));
   }
@@ -84,20 +90,40 @@ void check(const Arguments& arguments) {
   if (!arguments.scene.empty() && arguments.doubles) {
     throw Failure("--double: found --scene, wanted a file; generated meshes are float32");
   }
+  if (!arguments.scene.empty() && arguments.weld) {
+    throw Failure("--weld: found --scene, wanted a file; generated meshes need none");
+  }
   if (arguments.scene.empty() && (!arguments.triangles.empty() || arguments.has_seed)) {
     throw Failure("found --triangles or --seed without --scene, wanted both or a file alone");
   }
-  if (arguments.up.empty()) return;
-  if (arguments.picture.empty()) throw Failure("found --up, wanted --picture with it");
+  if (!arguments.picture.empty()) return;
+  if (!arguments.up.empty()) throw Failure("found --up, wanted --picture with it");
+  if (arguments.view) throw Failure("found --view, wanted --picture with it");
+}
+
+// "1,0,-0.5"
+DoubleVec3 parse_view(const std::string& text) {
+  const std::string wanted = "three numbers X,Y,Z of at most 1e9 in size, not all 0";
+  double c[3] = {};
+  std::size_t begin = 0;
+  for (int k = 0; k < 3; ++k) {
+    const std::size_t comma = text.find(',', begin);
+    if ((comma == std::string::npos) != (k == 2)) break;
+    c[k] = common::parse_number(text.substr(begin, comma - begin), "--view", -1e9, 1e9, wanted);
+    if (k == 2 && (c[0] != 0 || c[1] != 0 || c[2] != 0)) return {c[0], c[1], c[2]};
+    begin = comma + 1;
+  }
+  throw Failure(fmt::format("--view: found '{}', wanted {}", text, wanted));
 }
 
 Json to_json(const MeshSearchReport& report, const Arguments& arguments, const NamedMesh& a,
              const NamedMesh* b) {
   Json json;
-  const auto add_mesh = [&json](const NamedMesh& mesh, const std::string& suffix) {
+  const auto add_mesh = [&](const NamedMesh& mesh, const std::string& suffix) {
     json["triangles" + suffix] = mesh.mesh.triangles.size();
     json["vertices" + suffix] = mesh.mesh.vertex_count();
     json["dropped" + suffix] = mesh.mesh.dropped;
+    if (arguments.weld) json["merged" + suffix] = mesh.merged;
   };
   add_mesh(a, "");
   if (b != nullptr) add_mesh(*b, "_b");
@@ -118,10 +144,17 @@ Json to_json(const MeshSearchReport& report, const Arguments& arguments, const N
   return json;
 }
 
+// "1 pair", "2 pairs"
+std::string counted(std::uint64_t count, const char* one, const char* many) {
+  return fmt::format("{} {}", report::format_count(count), count == 1 ? one : many);
+}
+std::string triangle_count(std::uint64_t count) { return counted(count, "triangle", "triangles"); }
+
 std::string mesh_text(const NamedMesh& mesh) {
-  std::string text = fmt::format("{}: {} triangles, {} vertices", mesh.name,
-                                 report::format_count(mesh.mesh.triangles.size()),
-                                 report::format_count(mesh.mesh.vertex_count()));
+  std::string text =
+      fmt::format("{}: {}, {}", mesh.name, triangle_count(mesh.mesh.triangles.size()),
+                  counted(mesh.mesh.vertex_count(), "vertex", "vertices"));
+  if (mesh.merged != 0) text += fmt::format("; {} merged", report::format_count(mesh.merged));
   if (mesh.mesh.dropped != 0) {
     text += fmt::format("; {} dropped (a repeated index, or fewer than 3 vertices)",
                         report::format_count(mesh.mesh.dropped));
@@ -135,8 +168,8 @@ std::string to_text(const MeshSearchReport& report, const Arguments& arguments, 
   if (b != nullptr) text += mesh_text(*b);
   text += fmt::format("pairs     {}", report::format_count(report.pairs));
   if (arguments.within) text += fmt::format(" at most {:g} apart", *arguments.within);
-  text += fmt::format("  ({} of {} triangles", report::format_count(report.marked_triangles_a),
-                      report::format_count(a.mesh.triangles.size()));
+  text += fmt::format("  ({} of {}", report::format_count(report.marked_triangles_a),
+                      triangle_count(a.mesh.triangles.size()));
   if (b != nullptr) {
     text += fmt::format(" with {} of {}", report::format_count(report.marked_triangles_b),
                         report::format_count(b->mesh.triangles.size()));
@@ -145,8 +178,8 @@ std::string to_text(const MeshSearchReport& report, const Arguments& arguments, 
                       hex(report.checksum), report::format_count(report.crossing),
                       report::format_count(report.touching), report::format_count(report.coplanar));
   if (arguments.within) text += fmt::format(", {} apart", report::format_count(report.apart));
-  text += fmt::format("\ntested    {} candidates, {} of them by exact arithmetic\n",
-                      report::format_count(report.candidates),
+  text += fmt::format("\ntested    {}, {} of them by exact arithmetic\n",
+                      counted(report.candidates, "candidate", "candidates"),
                       report::format_count(report.exact_tests));
   text += fmt::format("plan      {}, {}, {} thread{}\n", to_string(report.plan.algorithm),
                       to_string(report.plan.isa), report.plan.threads,
@@ -198,16 +231,19 @@ void draw(const MeshSearchReport& report, const Arguments& arguments, const Name
     parts[0].name = short_name(a.name);
     parts.push_back({b->mesh.view(), report.marked_b.data(), short_name(b->name)});
   }
-  style.caption = fmt::format(
-      "{} triangles, {} pairs {}, {}", report::format_count(triangles),
-      report::format_count(report.pairs),
-      arguments.within ? fmt::format("at most {:g} apart", *arguments.within) : "that intersect",
-      milliseconds(report.total_ms));
-  report::draw_meshes(
-      arguments.picture, parts,
-      fmt::format("{} triangles of these pairs",
-                  report::format_count(report.marked_triangles_a + report.marked_triangles_b)),
-      up_axis(arguments), style);
+  const std::string relation = arguments.within
+                                   ? fmt::format("at most {:g} apart", *arguments.within)
+                               : report.pairs == 1 ? "that intersects"
+                                                   : "that intersect";
+  style.caption =
+      fmt::format("{}, {} {}, {}", triangle_count(triangles),
+                  counted(report.pairs, "pair", "pairs"), relation, milliseconds(report.total_ms));
+  const report::UpAxis up = up_axis(arguments);
+  if (arguments.view) report::look_from(*arguments.view, up, style);
+  const std::string marked =
+      fmt::format("{} of {}", triangle_count(report.marked_triangles_a + report.marked_triangles_b),
+                  report.pairs == 1 ? "this pair" : "these pairs");
+  report::draw_meshes(arguments.picture, parts, marked, up, style);
 }
 
 int run(const Arguments& arguments) {
@@ -222,16 +258,15 @@ int run(const Arguments& arguments) {
   request.repeat = arguments.repeat;
   request.output = arguments.output;
   request.marks = !arguments.picture.empty();
-  const NamedMesh a =
-      arguments.scene.empty() ? read(arguments.a, arguments.doubles) : generate(arguments);
+  const NamedMesh a = arguments.scene.empty() ? read(arguments.a, arguments) : generate(arguments);
   std::optional<NamedMesh> b;
-  if (!arguments.b.empty()) b = read(arguments.b, arguments.doubles);
+  if (!arguments.b.empty()) b = read(arguments.b, arguments);
   const NamedMesh* const second = b ? &*b : nullptr;
   const MeshSearchReport report = run_mesh_search(a, second, request);
   if (request.marks) draw(report, arguments, a, second);
   print(arguments.json ? to_json(report, arguments, a, second).dump(2) + "\n"
                        : to_text(report, arguments, a, second));
-  return exit_done;
+  return arguments.exit_code && report.pairs != 0 ? exit_differs : exit_done;
 }
 
 }  // namespace
@@ -253,11 +288,19 @@ Run add_mesh(CLI::App& program) {
          "pairs at most this far apart; in one mesh without neighbours")
       ->type_name("D");
   app.add_flag("--double", arguments->doubles, "keep coordinates as double, not float32");
-  add_search_arguments(app, arguments->search);
+  app.add_flag("--weld", arguments->weld,
+               "vertices at equal positions of a file become one, so that their triangles are "
+               "neighbours");
+  add_search_arguments(app, arguments->search, AutoBackend::cpu);
   app.add_option("-o,--output", arguments->output, "write the pairs: uint32 of shape (pairs, 2)")
       ->type_name("PAIRS.npy");
-  app.add_option("--picture", arguments->picture, "draw the meshes, triangles of pairs in red")
+  app.add_option("--picture", arguments->picture,
+                 "draw the meshes, triangles of pairs in red; hidden ones shine through")
       ->type_name("PICTURE.png");
+  app.add_option_function<std::string>(
+         "--view", [arguments](const std::string& text) { arguments->view = parse_view(text); },
+         "where the viewer of the picture stands, as a direction from the mesh: 0,0,1 looks down z")
+      ->type_name("X,Y,Z");
   app.add_option("--up", arguments->up,
                  "the axis that points up in the picture; y, but z for .stl and scenes")
       ->check(CLI::IsMember({"x", "y", "z"}).description(""))
@@ -281,6 +324,8 @@ Run add_mesh(CLI::App& program) {
          },
          "random seed of a generated mesh (1)")
       ->type_name("S");
+  app.add_flag("--exit-code", arguments->exit_code,
+               "exit with status 1 if there is a pair, else 0");
   app.add_flag("--json", arguments->json, "print one JSON object");
   return [arguments] { return run(*arguments); };
 }

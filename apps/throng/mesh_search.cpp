@@ -97,7 +97,7 @@ class MeshRunner {
     for (std::size_t i = 0; i < pairs.size(); i += block_pairs) {
       for (const TriangleIntersection& found : describe_intersections(
                a, b, pairs.data() + i, std::min(block_pairs, pairs.size() - i), request_.options)) {
-        std::uint64_t& count = found.point_count == 0                     ? report_.apart
+        std::uint64_t& count = found.kind == IntersectionKind::none       ? report_.apart
                                : found.kind == IntersectionKind::crossing ? report_.crossing
                                : found.kind == IntersectionKind::touching ? report_.touching
                                                                           : report_.coplanar;

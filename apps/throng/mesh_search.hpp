@@ -18,6 +18,7 @@ namespace throng::cli {
 struct NamedMesh {
   std::string name;
   meshes::MeshFile mesh;
+  std::size_t merged = 0;  // vertices that --weld removed
 };
 
 struct MeshSearchRequest {
@@ -31,7 +32,7 @@ struct MeshSearchRequest {
 
 struct MeshSearchReport {
   std::uint64_t pairs = 0, checksum = 0, candidates = 0, exact_tests = 0;
-  // Pairs by how their triangles meet. `apart`: they have no common point; only with a distance.
+  // Pairs by IntersectionKind. `apart`: kind none; only with a distance.
   std::uint64_t crossing = 0, touching = 0, coplanar = 0, apart = 0;
   Plan plan;
   StageTimes stages;    // medians over the warmed runs

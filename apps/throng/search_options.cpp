@@ -63,7 +63,7 @@ void add_threads(CLI::App& app, unsigned& threads) {
       ->type_name("N");
 }
 
-void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_only) {
+void add_search_arguments(CLI::App& app, SearchArguments& arguments, AutoBackend auto_backend) {
   const auto add = [&](const char* name, std::string& value, std::vector<std::string> choices,
                        const char* what) {
     std::string type;
@@ -72,12 +72,14 @@ void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_on
         ->check(CLI::IsMember(choices).description(""))  // the type's name already says it
         ->type_name(type);
   };
-  if (cpu_only)
+  if (auto_backend == AutoBackend::cpu_only)
     add("--backend", arguments.backend, {"auto", "cpu"}, "the CPU, whatever is given");
   else
     add("--backend", arguments.backend, {"auto", "cpu", "cuda", "emulated"},
-        "where to search; auto: the CPU, or a GPU where it is faster; emulated: the GPU pipeline "
-        "on the CPU");
+        auto_backend == AutoBackend::cpu
+            ? "where to search; auto: the CPU; cuda: a GPU; emulated: the GPU pipeline on the CPU"
+            : "where to search; auto: the CPU, or a GPU where it is faster; emulated: the GPU "
+              "pipeline on the CPU");
   add("--algorithm", arguments.algorithm, {"auto", "all-pairs", "grid"},
       "auto chooses by measured properties of the boxes");
   add("--order", arguments.order, {"any", "canonical"},

@@ -37,7 +37,10 @@ struct SearchArguments {
 
 void add_input_arguments(CLI::App& app, InputArguments& arguments);
 void add_threads(CLI::App& app, unsigned& threads);
-void add_search_arguments(CLI::App& app, SearchArguments& arguments, bool cpu_only = false);
+// What `--backend auto` is: the fastest; the CPU, and a GPU on request; the CPU, as is any other.
+enum class AutoBackend { fastest, cpu, cpu_only };
+void add_search_arguments(CLI::App& app, SearchArguments& arguments,
+                          AutoBackend auto_backend = AutoBackend::fastest);
 
 // The options that help where a search fails, for messages.
 common::HintOptions to_hint_options(const SearchArguments& search);

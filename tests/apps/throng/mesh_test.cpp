@@ -178,11 +178,58 @@ TEST_F(Mesh, pictures_are_written) {
   spill(at("a.obj"), crossing_obj);
   // Huge and unused coordinates are drawn, too.
   spill(at("b.obj"), "v 1e300 0 0\nv 0 1e300 0\nv 0 0 -1e300\nv nan 0 0\nf 1 2 3\n");
-  const ProcessOutput output =
-      run({"mesh", at("a.obj"), at("b.obj"), "--double", "--up", "x", "--picture", at("a.png")});
+  const ProcessOutput output = run({"mesh", at("a.obj"), at("b.obj"), "--double", "--up", "x",
+                                    "--view", "-1,0.5,0", "--picture", at("a.png")});
   EXPECT_EQ(output.status, 0) << output.err;
   EXPECT_NE(output.out.find("picture is in "), std::string::npos) << output.out;
   EXPECT_EQ(slurp(at("a.png")).substr(1, 3), "PNG");
+}
+
+// Two triangles with an edge in common by position alone.
+const char* const split_obj =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nv 0 1 0\nv 1 0 0\nv 1 1 0\nf 4 5 6\n";
+
+TEST_F(Mesh, weld_makes_triangles_neighbours) {
+  spill(at("a.obj"), split_obj);
+  const auto apart = json({"mesh", at("a.obj")});
+  EXPECT_EQ(apart.at("pairs"), 1);
+  EXPECT_FALSE(apart.contains("merged"));
+  const auto welded = json({"mesh", at("a.obj"), "--weld"});
+  EXPECT_EQ(welded.at("pairs"), 0);
+  EXPECT_EQ(welded.at("vertices"), 4);
+  EXPECT_EQ(welded.at("merged"), 2);
+  // Each mesh by itself.
+  const auto two = json({"mesh", at("a.obj"), at("a.obj"), "--weld", "--double"});
+  EXPECT_EQ(two.at("pairs"), 4);
+  EXPECT_EQ(two.at("merged_b"), 2);
+  EXPECT_NE(run({"mesh", at("a.obj"), "--weld"}).out.find("2 triangles, 4 vertices; 2 merged\n"),
+            std::string::npos);
+}
+
+TEST_F(Mesh, exit_code_says_whether_there_is_a_pair) {
+  spill(at("a.obj"), split_obj);
+  EXPECT_EQ(run({"mesh", at("a.obj")}).status, 0);
+  const ProcessOutput found = run({"mesh", at("a.obj"), "--exit-code"});
+  EXPECT_EQ(found.status, 1);
+  EXPECT_EQ(found.err, "");
+  EXPECT_NE(found.out.find("pairs     1  (2 of 2 triangles)"), std::string::npos) << found.out;
+  EXPECT_EQ(run({"mesh", at("a.obj"), "--weld", "--exit-code"}).status, 0);
+  EXPECT_EQ(run({"mesh", at("a.obj"), "--weld", "--exit-code", "--json"}).status, 0);
+  EXPECT_EQ(run({"mesh", at("none.obj"), "--exit-code"}).status, 2);
+}
+
+TEST_F(Mesh, help_says_what_auto_is) {
+  const std::string help = run({"mesh", "--help"}).out;
+  EXPECT_NE(help.find("auto: the CPU; cuda: a GPU"), std::string::npos) << help;
+  EXPECT_EQ(help.find("where it is faster"), std::string::npos) << help;
+  EXPECT_EQ(json({"mesh", "--scene", "sphere", "--backend", "auto"}).at("backend"), "cpu");
+}
+
+TEST_F(Mesh, counts_of_one_are_singular) {
+  spill(at("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const std::string out = run({"mesh", at("a.obj")}).out;
+  EXPECT_NE(out.find("1 triangle, 3 vertices\n"), std::string::npos) << out;
+  EXPECT_NE(out.find("(0 of 1 triangle)"), std::string::npos) << out;
 }
 
 TEST_F(Mesh, refuses_broken_files) {
@@ -240,6 +287,12 @@ TEST_F(Mesh, refuses_options) {
   refuses({"mesh", at("a.obj"), "--triangles", "5K"}, {"--triangles", "without --scene"});
   refuses({"mesh", at("a.obj"), "--seed", "5"}, {"--seed", "without --scene"});
   refuses({"mesh", at("a.obj"), "--up", "z"}, {"found --up, wanted --picture"});
+  refuses({"mesh", at("a.obj"), "--view", "0,0,1"}, {"found --view, wanted --picture"});
+  for (const char* view :
+       {"0,0,0", "1,2", "1,2,3,4", "1,2,x", "1,,2", "nan,0,0", "1e10,0,0", "top"})
+    refuses({"mesh", at("a.obj"), "--picture", at("p.png"), "--view", view},
+            {"--view: found '", "wanted three numbers X,Y,Z"});
+  refuses({"mesh", "--scene", "soup", "--weld"}, {"--weld: found --scene"});
   refuses({"mesh", at("a.obj"), "--repeat", "0"}, {"--repeat: found '0'"});
   for (const char* distance : {"-1", "nan", "inf", "2m"}) {
     refuses({"mesh", at("a.obj"), "--within", distance},
