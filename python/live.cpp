@@ -304,8 +304,7 @@ class LiveObject {
     return query([&](QueryObject& q, const BroadPhase& b) { return q.find_hits(b, given); });
   }
 
-  // None, or (object, distance, point, normal). Other threads may query at once: the library itself
-  // refuses conflicting calls.
+  // None, or (object, distance, point, normal).
   nb::object raycast(const Vector& origin, const Vector& direction, double max_distance,
                      std::uint32_t layer_mask, std::int64_t world) const {
     if (world > 0x7fffffff)
@@ -316,9 +315,11 @@ class LiveObject {
     std::optional<RayHit> hit;
     Result result;
     std::atomic<bool> not_stopped{false};
-    run_unlocked(false, not_stopped, [&] {
-      result =
-          live_.raycast(vector_of(origin), vector_of(direction), max_distance, of_ray, {}, hit);
+    together([&] {
+      run_unlocked(false, not_stopped, [&] {
+        result =
+            live_.raycast(vector_of(origin), vector_of(direction), max_distance, of_ray, {}, hit);
+      });
     });
     require_ok(result);
     if (!hit) return nb::none();

@@ -347,3 +347,65 @@ def test_changes_during_a_query_are_refused() -> None:
     live.move(0, boxes[0])
     live.update()
     assert live.pair_count == 1999 * 1000
+
+
+def exact_box(points: Any, radius: Any, position: Any, way: Any, q: Any) -> Any:
+    """Lower and upper bounds of a moved hull, in fractions."""
+    x, y, z, w = (Fraction(float(v)) for v in q)
+    matrix = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    lower, upper = [], []
+    for k in range(3):
+        ends = [sum(matrix[k][j] * Fraction(float(p[j])) for j in range(3)) for p in points]
+        at = Fraction(float(position[k]))
+        places = (at, at + Fraction(float(way[k])))
+        lower.append(min(ends) - Fraction(float(radius)) + min(places))
+        upper.append(max(ends) + Fraction(float(radius)) + max(places))
+    return lower, upper
+
+
+@pytest.mark.parametrize("far", [0.0, 1e3, 1e9])
+def test_boxes_of_float64_bodies_contain_them(far: float) -> None:
+    random = numpy.random.default_rng(3)
+    n = 60
+    position = random.normal(size=(n, 3)) * 5 + far
+    way = random.normal(size=(n, 3))
+    q = random.normal(size=(n, 4))
+    q /= numpy.sqrt((q * q).sum(axis=1, keepdims=True))
+    points = random.normal(size=(40, 3))
+    corners = [[sx, sy, sz] for sx in (-1, 1) for sy in (-2, 2) for sz in (-0.5, 0.5)]
+    shapes = [throng.box((1, 2, 0.5)), throng.convex(0, 40, 0.25), throng.convex(7, 5)]
+    hulls: list[Any] = [(corners, 0), (points, 0.25), (points[7:12], 0)]
+    which = numpy.arange(n) % 3
+    boxes = throng.update_boxes(position, shapes, rotation=q, displacement=way, shape=which, points=points)
+    assert boxes.dtype == numpy.float32
+    step = numpy.spacing(numpy.abs(boxes).max())
+    for i in range(n):
+        lower, upper = exact_box(*hulls[which[i]], position[i], way[i], q[i])
+        for k in range(3):
+            assert Fraction(float(boxes[i, k])) <= lower[k] and upper[k] <= Fraction(float(boxes[i, 3 + k]))
+            slack = Fraction(4e-6) + 2 * Fraction(float(step))
+            assert lower[k] - Fraction(float(boxes[i, k])) < slack > Fraction(float(boxes[i, 3 + k])) - upper[k]
+    one = throng.update_boxes(position, [throng.sphere(0.5)])
+    for i in range(n):
+        lower, upper = exact_box([[0, 0, 0]], 0.5, position[i], [0] * 3, [0, 0, 0, 1])
+        for k in range(3):  # within two float32 steps
+            low, high = one[i, k], one[i, 3 + k]
+            assert Fraction(float(low)) <= lower[k] and upper[k] <= Fraction(float(high))
+            slack = 2 * Fraction(float(numpy.spacing(max(abs(low), abs(high), numpy.float32(0.5)))))
+            assert lower[k] - Fraction(float(low)) < slack > Fraction(float(high)) - upper[k]
+    bad = position.copy()
+    bad[4, 1], bad[5, 2] = numpy.nan, numpy.inf
+    found = throng.update_boxes(bad, [throng.sphere(1), throng.box((1, 1, 1))], shape=which % 2)
+    assert numpy.isnan(found[[4, 5]]).all() and numpy.isfinite(numpy.delete(found, [4, 5], axis=0)).all()
+    plane = throng.update_boxes(position[:1], [throng.box((numpy.inf, 0, numpy.inf))])
+    assert numpy.isinf(plane[0, [0, 2, 3, 5]]).all() and plane[0, 1] <= position[0, 1] <= plane[0, 4]
+    huge = throng.update_boxes([[1e300, 0, 0.1]], [throng.sphere(1)])
+    assert huge[0, 0] == numpy.finfo(numpy.float32).max and huge[0, 3] == numpy.inf
+    empty = throng.update_boxes(position[:1], [throng.convex(0, 0)], points=points)
+    assert (empty[0, :3] > empty[0, 3:]).any()
+    with pytest.raises(ValueError, match=r"displacement: found float32 of shape \(3, 3\), wanted"):
+        throng.update_boxes(position, [throng.sphere(1)], displacement=way[:3])

@@ -139,9 +139,8 @@ def test_bodies_of_float64() -> None:
         doubles = position.astype(float)
         doubles[9, 2] = value
         given: Any = {"position": position, "displacement": position, name: doubles}
-        text = rf"{name}: the float64 at \[9, 2\] is {str(value)[:1]}.*can lose containment.*{name}.astype\(numpy"
-        with pytest.raises(ValueError, match=text):
-            throng.update_boxes(shapes=shapes, **given)
+        found = throng.update_boxes(shapes=shapes, **given)  # rounded outward
+        assert (found[9, 3:] >= (given["position"] + given["displacement"])[9]).all()
     doubles[9, 2] = -numpy.inf
     assert throng.update_boxes(position, shapes, displacement=doubles).shape == (50, 6)
 

@@ -7,6 +7,7 @@ import numpy
 from numpy.typing import NDArray
 
 from throng import _throng
+from throng._boxes import down, two_sum
 from throng._numbers import number, numbers, whole
 from throng._types import Array
 
@@ -60,10 +61,10 @@ def update_boxes(
     position: Array | Sequence[Any],
     shapes: NDArray[Any] | Sequence[numpy.void],
     *,
-    rotation: Array | None = None,
-    displacement: Array | None = None,
-    shape: Array | None = None,
-    points: Array | None = None,
+    rotation: Array | Sequence[Any] | None = None,
+    displacement: Array | Sequence[Any] | None = None,
+    shape: Array | Sequence[int] | None = None,
+    points: Array | Sequence[Any] | None = None,
     margin: float = 0.0,
     threads: int = 0,
 ) -> NDArray[numpy.float32]:
@@ -78,7 +79,10 @@ def update_boxes(
     points: (k, 3) float32, of convex shapes.
     margin: added to every radius.
 
-    float64 is copied to float32, if every value is a float32.
+    Lists and float64 are accepted, and a box contains the body as given: float64 positions and
+    displacements are added as they are, and the sum is rounded outward. float64 rotations and points are
+    rounded to float32, and the box extended by as much as that may move the body: of a unit quaternion at
+    most 1e-6 of the largest distance of its shape from its origin.
 
     Returns (n, 6) float32: lower x, y, z, upper x, y, z. A transform that is not finite gives a box
     with a NaN. Raises TypeError or ValueError that names the argument, or the first bad shape.
@@ -93,6 +97,104 @@ def update_boxes(
             "throng.box(), sphere(), capsule() and convex() make such"
         )
     rows = array.reshape(-1).view(numpy.float32).reshape(-1, 10)
-    return _throng.update_boxes(
-        position, rows, rotation, displacement, shape, points, margin, threads
-    )
+    place, way = _as_numpy(position), _as_numpy(displacement)
+    turn, corner = _as_numpy(rotation), _as_numpy(points)
+    if all(_is_exact(given) for given in (place, way, turn, corner)):
+        return _throng.update_boxes(place, rows, turn, way, shape, corner, margin, threads)
+    # Boxes of bodies at the origin; zeros have the shapes, which the module checks.
+    zeros = [_zeros(given) for given in (place, way)]
+    turn32, corner32 = _nearest(turn), _nearest(corner)
+    around = _throng.update_boxes(zeros[0], rows, turn32, zeros[1], shape, corner32, margin, threads)
+    grow = _growth(array.reshape(-1), len(around), shape, turn, corner)
+    return _placed(around.astype(numpy.float64), place, way, grow)
+
+
+def _as_numpy(values: Any) -> Any:
+    """float64 and lists as NumPy arrays; other arguments as they are."""
+    if isinstance(values, (list, tuple)):
+        try:
+            made = numpy.asarray(values)
+        except ValueError:
+            return values
+        return made.astype(numpy.float64) if made.dtype.kind in "iu" or made.size == 0 else made
+    if isinstance(values, numpy.ndarray) or not str(getattr(values, "dtype", "")).endswith("float64"):
+        return values
+    return numpy.from_dlpack(values.detach() if hasattr(values, "detach") else values)
+
+
+def _zeros(values: Any) -> Any:
+    return None if values is None else numpy.zeros(numpy.shape(values), numpy.float32)
+
+
+def _nearest(values: Any) -> Any:
+    if not isinstance(values, numpy.ndarray) or values.dtype != numpy.float64:
+        return values
+    with numpy.errstate(over="ignore"):
+        return values.astype(numpy.float32)
+
+
+def _error(values: Any) -> NDArray[numpy.float64]:
+    """By how much rounding to float32 moves each value."""
+    with numpy.errstate(invalid="ignore"):
+        error: NDArray[numpy.float64] = numpy.abs(values - _nearest(values).astype(numpy.float64))
+    kept: NDArray[numpy.float64] = numpy.where(numpy.isfinite(values), error, 0)
+    return kept
+
+
+def _is_exact(values: Any) -> bool:
+    """Not float64, or float64 each of which is a float32."""
+    if not isinstance(values, numpy.ndarray) or values.dtype != numpy.float64:
+        return True
+    return not bool(_error(values).any())
+
+
+def _growth(
+    shapes: NDArray[Any], n: int, shape: Any, rotation: Any, points: Any
+) -> NDArray[numpy.float64]:
+    """(n, 1): by how much rounding of rotations and points may move a body."""
+    reach = (numpy.abs(shapes["center"]) + shapes["half_extents"]).max(axis=1, initial=0).astype(numpy.float64)
+    moved = numpy.zeros(len(shapes))
+    if points is not None:
+        corner = numpy.asarray(points, numpy.float64)
+        for k in numpy.flatnonzero(shapes["kind"] == 1):
+            first, count = int(shapes["first_point"][k]), int(shapes["point_count"][k])
+            some = corner[first : first + count]
+            reach[k] = numpy.abs(some).max(initial=0)
+            moved[k] = numpy.sqrt(3) * _error(some).max(initial=0)
+    which: Any = numpy.zeros(n, int) if len(shapes) == 1 else numpy.arange(n)
+    if shape is not None:
+        which = numpy.broadcast_to(numpy.asarray(shape), (n,))
+    if n == 0 or rotation is None:
+        alone: NDArray[numpy.float64] = moved[which].reshape(n, 1)
+        return alone
+    turn = numpy.asarray(rotation, numpy.float64)
+    square = (turn * turn).sum(axis=1)
+    # Each product of two components changes by 2**-23 of itself; a row of the matrix has at most
+    # 4 square of them, and a coordinate changes by that times the reach. Twice that for what is
+    # rounded here.
+    of_turn = numpy.where(_error(turn).any(axis=1), square * 2.0**-20 * reach[which], 0)
+    both: NDArray[numpy.float64] = (of_turn + (1 + 3 * square) * moved[which]).reshape(n, 1)
+    return both
+
+
+def _placed(around: Any, position: Any, displacement: Any, grow: Any) -> NDArray[numpy.float32]:
+    """Boxes around the origin, grown, at their places: rounded outward."""
+    place = numpy.asarray(position, numpy.float64)
+    is_finite = numpy.isfinite(place).all(axis=1)
+    low, high = place, place
+    with numpy.errstate(invalid="ignore", over="ignore"):
+        if displacement is not None:
+            way = numpy.asarray(displacement, numpy.float64)
+            is_finite &= numpy.isfinite(way).all(axis=1)
+            end, error = two_sum(place, way)
+            low = numpy.minimum(low, numpy.where(error < 0, numpy.nextafter(end, -numpy.inf), end))
+            high = numpy.maximum(high, numpy.where(error > 0, numpy.nextafter(end, numpy.inf), end))
+        lower, upper = around[:, :3], around[:, 3:]
+        lower = numpy.where(grow > 0, numpy.nextafter(lower - grow, -numpy.inf), lower)
+        upper = numpy.where(grow > 0, numpy.nextafter(upper + grow, numpy.inf), upper)
+        # An empty hull stays empty.
+        is_empty = (around[:, :3] > around[:, 3:]).any(axis=1)
+        boxes = numpy.concatenate([down(*two_sum(low, lower)), -down(*two_sum(-high, -upper))], axis=1)
+    boxes[is_empty] = around[is_empty].astype(numpy.float32)
+    boxes[~is_finite] = numpy.nan
+    return boxes

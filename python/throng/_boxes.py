@@ -29,7 +29,7 @@ def boxes_from_center(center: ArrayLike, size: ArrayLike) -> NDArray[numpy.float
     bad = numpy.flatnonzero((half < 0).any(axis=1))
     if bad.size:
         raise ValueError(f"size: {bad.size} are negative, the first is at {bad[0]}; wanted 0 or more")
-    return numpy.concatenate([_down(*_sum(middle, -half)), -_down(*_sum(-middle, -half))], axis=1)
+    return numpy.concatenate([down(*two_sum(middle, -half)), -down(*two_sum(-middle, -half))], axis=1)
 
 
 def boxes_from_intervals(
@@ -65,7 +65,7 @@ def boxes_from_intervals(
         raise ValueError(f"bounds: found shape {columns[0].shape}, wanted (n,) of each")
     d = len(lower)
     none = numpy.zeros((len(rows), d))
-    return numpy.concatenate([_down(rows[:, :d], none), -_down(-rows[:, d:], none)], axis=1)
+    return numpy.concatenate([down(rows[:, :d], none), -down(-rows[:, d:], none)], axis=1)
 
 
 def _floats(value: Any, name: str) -> NDArray[numpy.float64]:
@@ -75,7 +75,7 @@ def _floats(value: Any, name: str) -> NDArray[numpy.float64]:
     return array.astype(numpy.float64)
 
 
-def _sum(a: Any, b: Any) -> tuple[Any, Any]:
+def two_sum(a: Any, b: Any) -> tuple[Any, Any]:
     """a + b and its rounding error (Knuth's two-sum); error 0 where infinite."""
     with numpy.errstate(invalid="ignore", over="ignore"):
         s = a + b
@@ -84,7 +84,7 @@ def _sum(a: Any, b: Any) -> tuple[Any, Any]:
     return s, numpy.where(numpy.isfinite(s), error, 0)
 
 
-def _down(s: Any, error: Any) -> NDArray[numpy.float32]:
+def down(s: Any, error: Any) -> NDArray[numpy.float32]:
     """The largest float32 <= s + error."""
     with numpy.errstate(over="ignore"):
         nearest = s.astype(numpy.float32)
