@@ -35,6 +35,12 @@ struct MovingBox {
   MovingBox() noexcept = default;
   THRONG_HD explicit MovingBox(const Sweep& s) noexcept : box(s.box), by{s.by.x, s.by.y, s.by.z} {}
   MovingBox(const Box& start, double x, double y, double z) noexcept : box(start), by{x, y, z} {}
+
+  // Whether it moves further than from the lowest float to the highest.
+  bool exceeds_floats() const noexcept {
+    constexpr double most = 0x1p129;
+    return fabs(by[0]) > most || fabs(by[1]) > most || fabs(by[2]) > most;
+  }
 };
 
 struct SweepAxis {

