@@ -187,7 +187,6 @@ MeshResult MeshEngine::find(const MeshCall& call, const Options& options, base::
   Options of_boxes = options;
   of_boxes.margin = 0;
   of_boxes.nan = NanPolicy::refuse;
-  of_boxes.inverted = InvertedPolicy::inactive;
   const auto search = [&](CountingTest& test) {
     static_cast<Result&>(r) =
         search_.find(sides[0], call.b ? &sides[1] : nullptr, of_boxes, output, consumer, &test);

@@ -373,6 +373,17 @@ ContactScene path(std::uint32_t count) {
   return s;
 }
 
+TEST(ContactFinder, ErrorsDoNotNameZIn2D) {
+  ContactScene s = path(4);
+  s.start[0].z = no_number;
+  s.start[1].x = no_number;
+  ContactFinder finder;
+  const Result r = finder.find(s.view(), 1);
+  EXPECT_EQ(r.status, Status::bad_mesh);
+  EXPECT_NE(std::string(r.message).find("edge 0: its vertex 1 is (nan"), std::string::npos)
+      << r.message;
+}
+
 TEST(ContactFinder, RingsLeaveOutNeighbors) {
   ContactScene s = path(12);
   ContactFinder finder;
@@ -914,6 +925,30 @@ TEST(ContactFinder, StopsAtAnyPoint) {
     ASSERT_TRUE(finds(finder, s.view(), s.radius, reference.expected)) << at;
   }
   EXPECT_GT(stopped, 10u);
+}
+
+// After a stop while lists of neighbors are built, those of the mesh before are not taken.
+TEST(ContactFinder, AStoppedSearchLeavesNoLists) {
+  ContactScene before = sheet(8, 8), s = sheet(24, 17);
+  before.rings = s.rings = 2;
+  const ContactReference reference(s);
+  std::size_t stopped = 0;
+  for (std::size_t at = 1; at < 200; ++at) {
+    StoppingResource memory;
+    Options options;
+    options.memory = &memory;
+    options.stop = &memory.stop;
+    options.threads = 1;
+    ContactFinder finder(options);
+    ASSERT_TRUE(finder.find(before.view(), before.radius).ok());
+    memory.left = at;
+    const Result r = finder.find(s.view(), s.radius);
+    if (!memory.stop) break;  // fewer requests
+    stopped += r.status == Status::stopped;
+    memory.stop = false;
+    ASSERT_TRUE(finds(finder, s.view(), s.radius, reference.expected)) << at;
+  }
+  EXPECT_GT(stopped, 5u);
 }
 
 // A flag that is set for a while either stops the search or changes nothing.

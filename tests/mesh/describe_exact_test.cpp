@@ -98,6 +98,26 @@ TEST(DescribeIntersection, AgreesWithRationals) {
   for (int points = 1; points <= 6; ++points) EXPECT_GE(count(Kind::coplanar, points), 5) << points;
 }
 
+// So small that products of three or of two differences have few bits.
+TEST(DescribeIntersection, AgreesWhereProductsUnderflow) {
+  Random random(2);
+  int described = 0;
+  for (const int exponent : {-350, -345, -340, -525, -515}) {
+    for (const TriangleKind kind : {TriangleKind::random, TriangleKind::crossing,
+                                    TriangleKind::grid_plane, TriangleKind::star}) {
+      for (int n = 0; n < 20; ++n) {
+        TwoTriangles t = draw_triangles(random, kind);
+        for (int i = 0; i < 6; ++i) {
+          DoubleVec3& p = vertex(t, i);
+          p = {std::ldexp(p.x, exponent), std::ldexp(p.y, exponent), std::ldexp(p.z, exponent)};
+        }
+        described += check(t).point_count != 0;
+      }
+    }
+  }
+  EXPECT_GE(described, 100);
+}
+
 // Where the exact result is next to a tie of rounding, or between two tiny doubles.
 TEST(DescribeIntersection, RoundsToNearest) {
   const double after = std::nextafter(1.0, 2), tiny = 0x1p-1074;

@@ -253,6 +253,8 @@ TEST(DescribeIntersections, Errors) {
   std::vector<Pair> pairs(300, Pair{0, 1});
   pairs[200] = {0, 7};
   pairs[250] = {9, 0};
+  pairs[251] = {0, ~0u};
+  pairs[252] = {~0u, 0};
   EXPECT_EQ(error_of(mesh, other, pairs, Status::bad_mesh, 200),
             "throng: pair 200 has triangle 7 as its second, but the second mesh has 2 triangles, "
             "counted from 0; pass the meshes for which the pairs were found, in the same order");
@@ -260,6 +262,9 @@ TEST(DescribeIntersections, Errors) {
   const TriangleMesh view = mesh;
   EXPECT_EQ(error_of(view, view, pairs, Status::bad_mesh, 100),
             "throng: pair 100 has triangle 2 as its first, but the mesh has 2 triangles, counted "
+            "from 0; pass the meshes for which the pairs were found, in the same order");
+  EXPECT_EQ(error_of(view, view, {{0, 3}}, Status::bad_mesh, 0),
+            "throng: pair 0 has triangle 3 as its second, but the mesh has 2 triangles, counted "
             "from 0; pass the meshes for which the pairs were found, in the same order");
   EXPECT_EQ(error_of({}, other, the_pair, Status::bad_mesh, 0),
             "throng: pair 0 has triangle 0 as its first, but the first mesh has 0 triangles, "

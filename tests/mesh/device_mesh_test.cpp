@@ -223,6 +223,21 @@ TEST(DeviceMesh, BlocksUnderACap) {
   }
 }
 
+// A cap of an earlier search on the CPU does not limit the memory for pairs.
+TEST(DeviceMesh, ForgetsTheCapOfTheCpu) {
+  const SmallMesh m = sheet(4);
+  const std::vector<Triangle> equal(700, Triangle{0, 1, 6});
+  Options options = on_cpu();
+  options.memory_cap_bytes = 1 << 20;
+  MeshFinder finder(options);
+  Collected taken;
+  ASSERT_TRUE(finder.consume({m.vertices, m.triangles}, Consumer(taken)).ok());
+  finder.set_options(emulated());
+  const MeshResult r = finder.find({m.vertices, equal});
+  ASSERT_TRUE(r.ok()) << r.message;
+  EXPECT_EQ(r.found, 700u * 699 / 2);
+}
+
 // Memory is that of boxes and of the result, whatever the number of candidates.
 TEST(DeviceMesh, CandidatesAreNotStored) {
   const SmallMesh few = soup(4, 3000, 0.01), many = sheet(39);
@@ -307,6 +322,7 @@ TEST(DeviceMesh, LayoutsTransformsAndFilters) {
     for (const Algorithm algorithm : {Algorithm::grid, Algorithm::all_pairs})
       expect_same(filtered, nullptr, algorithm);
     expect_same(filtered, &doubles, Algorithm::grid);
+    expect_same(filtered, &filtered, Algorithm::grid);
   }
 }
 

@@ -48,6 +48,8 @@ TEST(TrianglesWithin, VertexAndEdge) {
 }
 TEST(TrianglesWithin, TwoVertices) {
   expect_distance(floor_triangle, {{{-2, -3, 6}, {-9, -9, 9}, {-5, -9, 19}}}, 7);
+  // Farther apart than any of their coordinates.
+  expect_distance({{{0, 0, 0}, {-1, 0, 0}, {0, -1, 0}}}, {{{6, 6, 7}, {7, 6, 7}, {6, 7, 7}}}, 11);
 }
 TEST(TrianglesWithin, TwoFaces) {
   expect_distance(floor_triangle, {{{1, 1, 2}, {2, 1, 2}, {1, 2, 2}}}, 2);

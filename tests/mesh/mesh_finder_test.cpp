@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cfenv>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -16,7 +17,10 @@
 #include "mesh/larger_meshes.hpp"
 #include "mesh/mesh_cases.hpp"
 #include "support/counting_resource.hpp"
+#include "support/guarded_resource.hpp"
 #include "support/heap_count.hpp"
+#include "support/modified_float_state.hpp"
+#include "support/random.hpp"
 #include "support/sanitized.hpp"
 
 namespace throng::tests {
@@ -67,6 +71,69 @@ TEST_P(Isas, FindAllPairs) {
   }
 }
 
+// So small that products of three or of two differences underflow, of floats and of doubles.
+TEST_P(Isas, FindAllPairsWhereProductsUnderflow) {
+  struct Scale {
+    bool floats;
+    int exponent;
+  };
+  for (const Scale scale : {Scale{true, -50}, {true, -75}, {false, -359}, {false, -538}}) {
+    for (const MeshKind kind : {MeshKind::small_grid, MeshKind::grid, MeshKind::flat}) {
+      for (std::uint64_t seed = 0; seed < seeds(6); ++seed) {
+        SmallMesh m = small_mesh(kind, true, seed), other = small_mesh(kind, true, seed + 1000);
+        for (SmallMesh* mesh : {&m, &other}) {
+          for (DoubleVec3& p : mesh->vertices) {
+            p = {std::ldexp(p.x, scale.exponent), std::ldexp(p.y, scale.exponent),
+                 std::ldexp(p.z, scale.exponent)};
+          }
+        }
+        const std::vector<Vec3> v = to_floats(m.vertices), w = to_floats(other.vertices);
+        const TriangleMesh a =
+            scale.floats ? TriangleMesh(v, m.triangles) : TriangleMesh(m.vertices, m.triangles);
+        const TriangleMesh b = scale.floats ? TriangleMesh(w, other.triangles)
+                                            : TriangleMesh(other.vertices, other.triangles);
+        EXPECT_EQ(find_self_intersections(a, options()), pairs_of(m))
+            << scale.exponent << ", seed " << seed;
+        EXPECT_EQ(find_intersections(a, b, options()), pairs_of(m, other))
+            << scale.exponent << ", seed " << seed;
+      }
+    }
+  }
+}
+
+// Neighbours that overlap, where a filter computes rounding errors alone: none is lost.
+TEST_P(Isas, RoundingErrorsLoseNoNeighbors) {
+  Random random(11);
+  const auto expect_pair = [&](const std::vector<DoubleVec3>& v, const Triangle& second,
+                               bool floats) {
+    const std::vector<Triangle> triangles = {{0, 1, 2}, second};
+    const std::vector<Vec3> w = to_floats(v);
+    const TriangleMesh mesh = floats ? TriangleMesh(w, triangles) : TriangleMesh(v, triangles);
+    EXPECT_EQ(find_self_intersections(mesh, options()).size(), 1u) << floats;
+  };
+  for (const bool floats : {true, false}) {
+    const int most = floats ? 1 << 14 : 1 << 30;
+    const double tiny = floats ? 0x1p-24 : 0x1p-53;
+    for (int n = 0; n < 200; ++n) {
+      // At vertex 0, two edges on the ray r, and the rest on both sides of a plane through it: its
+      // normal (y, z - x, -y) and r have the product 0, whose terms are rounded.
+      const double x = random.between(1, most), y = random.between(1, most),
+                   z = random.between(1, most);
+      expect_pair({{0, 0, 0},
+                   {x, y, z},
+                   {2 * x + y, 2 * y + z - x, 2 * z - y},
+                   {3 * x, 3 * y, 3 * z},
+                   {-y, x - z, y}},
+                  {0, 3, 4}, floats);
+      // In the plane x = 3 y, two triangles on one side of their edge. Differences are rounded.
+      const auto point = [](double t, double height) { return DoubleVec3{3 * t, t, height}; };
+      const auto odd = [&] { return 2.0 * random.between(1, 8) - 1; };
+      expect_pair({point(odd() * tiny, 0), point(odd(), 0), point(odd(), 1), point(odd(), 2)},
+                  {0, 1, 3}, floats);
+    }
+  }
+}
+
 TEST_P(Isas, FindAllPairsOfLargerMeshes) {
   const SmallMesh first = soup(1), second = soup(2), folded = sheet(24);
   EXPECT_EQ(find_self_intersections({to_floats(first.vertices), first.triangles}, options()),
@@ -80,6 +147,20 @@ TEST_P(Isas, FindAllPairsOfLargerMeshes) {
   Options brute = options();
   brute.algorithm = Algorithm::all_pairs;
   EXPECT_EQ(find_self_intersections({first.vertices, first.triangles}, brute), pairs_of(first));
+}
+
+TEST_P(Isas, WriteOnlyToTheirMemory) {
+  const SmallMesh m = sheet(10);
+  const std::vector<Vec3> v = to_floats(m.vertices);
+  GuardedResource memory;
+  Options guarded = options();
+  guarded.memory = &memory;
+  guarded.memory_cap_bytes = 1 << 24;
+  MeshFinder finder(guarded);
+  const MeshResult r =
+      finder.consume({v, m.triangles}, [](const Pair*, std::size_t) { return true; });
+  ASSERT_TRUE(r.ok()) << r.message;
+  EXPECT_TRUE(memory.check());
 }
 
 // On ordinary meshes of floats less than one test in a thousand is exact.
@@ -255,8 +336,25 @@ TEST(MeshFinder, ATransformMovesAMesh) {
   TriangleMesh placed(w, b.triangles);
   placed.transform = turn;
   EXPECT_EQ(find_intersections({v, a.triangles}, placed, canonical()), pairs_of(a, turned));
+  EXPECT_EQ(find_intersections(placed, {v, a.triangles}, canonical()), pairs_of(turned, a));
   EXPECT_NE(pairs_of(a, turned), pairs_of(a, b));
   EXPECT_EQ(find_self_intersections(placed, canonical()), pairs_of(turned));
+}
+
+TEST(MeshFinder, ATransformIsRoundedAsDocumented) {
+  // In doubles (1 + u) + u is 1, and 1 + (u + u) is not.
+  constexpr double u = 0x1p-53;
+  const std::vector<DoubleVec3> segment = {{1, u, u}, {2, 0, 0}, {3, 0, 0}};
+  const std::vector<DoubleVec3> wall = {{1, -1, -1}, {1, 1, -1}, {1, 0, 1}};
+  const std::vector<Triangle> one = {{0, 1, 2}};
+  TriangleMesh moved(segment, one);
+  moved.transform = {{{1, 1, 1, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}};
+  EXPECT_EQ(find_intersections(moved, {wall, one}).size(), 1u);
+  // A translation alone.
+  moved.transform = {};
+  EXPECT_EQ(find_intersections(moved, {wall, one}).size(), 1u);
+  moved.transform.row[0][3] = -3;
+  EXPECT_TRUE(find_intersections(moved, {wall, one}).empty());
 }
 
 // Triangles away from the other mesh take no part, and are not counted as inactive. The second
@@ -300,6 +398,57 @@ TEST(MeshFinder, FindsAllPairsOfMeshesThatOverlapALittle) {
   }
 }
 
+// Also where the search starts again with more room for pairs.
+TEST(MeshFinder, CandidatesCountOnce) {
+  const std::vector<DoubleVec3> v = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  const std::vector<Triangle> equal(700, Triangle{0, 1, 2});
+  MeshFinder finder;
+  for (int i = 0; i < 2; ++i) {
+    const MeshResult r = finder.find({v, equal});
+    ASSERT_TRUE(r.ok()) << r.message;
+    EXPECT_EQ(r.candidates, 700u * 699 / 2);
+    EXPECT_EQ(r.found, r.candidates);
+  }
+}
+
+// Beyond the range of the filters, of either mesh and of either sign, every test is exact.
+TEST(MeshFinder, LargeCoordinatesAreTestedExactly) {
+  const SmallMesh m = sheet(7);
+  for (const double large : {1e300, -1e300}) {
+    for (const bool in_second : {false, true}) {
+      SmallMesh a = m, b = m;
+      (in_second ? b : a).vertices[5].z = large;
+      MeshFinder finder(canonical());
+      const MeshResult r = finder.find({a.vertices, a.triangles}, {b.vertices, b.triangles});
+      ASSERT_TRUE(r.ok()) << r.message;
+      EXPECT_GT(r.candidates, 100u);
+      EXPECT_EQ(r.exact_tests, r.candidates);
+      EXPECT_EQ(std::vector<Pair>(finder.pairs().begin(), finder.pairs().end()), pairs_of(a, b));
+    }
+  }
+}
+
+TEST(MeshFinder, TheCallersFloatStateDoesNotMatter) {
+  const SmallMesh m = small_mesh(MeshKind::nudged_grid, true, 3);
+  const SmallMesh tiny = small_mesh(MeshKind::denormal, false, 4);
+  const std::vector<Pair> want = pairs_of(m), of_tiny = pairs_of(tiny);
+  TriangleMesh moved(m.vertices, m.triangles);
+  moved.transform.row[0][0] = moved.transform.row[1][1] = 0.1;
+  moved.transform.row[0][3] = 1 / 3.0;
+  const std::vector<Pair> of_moved = find_self_intersections(moved, canonical());
+  for (const unsigned threads : {1u, 2u}) {
+    Options options = canonical();
+    options.threads = threads;
+    for (const int rounding : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
+      const ModifiedFloatState state(rounding, true);
+      EXPECT_EQ(find_self_intersections({m.vertices, m.triangles}, options), want);
+      EXPECT_EQ(find_self_intersections({tiny.vertices, tiny.triangles}, options), of_tiny);
+      EXPECT_EQ(find_self_intersections(moved, options), of_moved);
+      EXPECT_TRUE(state.unchanged());
+    }
+  }
+}
+
 TEST(MeshFinder, FiltersAreThoseOfBoxes) {
   const SmallMesh m = soup(7, 800);
   std::vector<std::uint32_t> group(m.triangles.size()), mask(m.triangles.size());
@@ -323,6 +472,31 @@ TEST(MeshFinder, FiltersAreThoseOfBoxes) {
   }
   ASSERT_GT(want.size(), 10u);
   EXPECT_EQ(find_self_intersections(view, canonical()), want);
+}
+
+TEST(MeshFinder, WithinADistanceLeavesOutNeighbors) {
+  const SmallMesh m = sheet(8);
+  constexpr double distance = 0.05;
+  std::vector<Pair> want;
+  std::size_t neighbors = 0;
+  for (std::uint32_t i = 0; i < m.triangles.size(); ++i) {
+    for (std::uint32_t j = i + 1; j < m.triangles.size(); ++j) {
+      if (!mesh::triangles_within(points_of(m, i), points_of(m, j), distance)) continue;
+      const Triangle &s = m.triangles[i], &t = m.triangles[j];
+      bool shared = false;
+      for (const std::uint32_t v : {s.a, s.b, s.c}) shared |= v == t.a || v == t.b || v == t.c;
+      if (!shared) want.push_back({i, j});
+      neighbors += shared;
+    }
+  }
+  EXPECT_GT(want.size(), 10u);
+  EXPECT_GT(neighbors, 10u);
+  EXPECT_EQ(find_within({m.vertices, m.triangles}, distance, canonical()), want);
+  EXPECT_EQ(find_within({to_floats(m.vertices), m.triangles}, distance, canonical()), want);
+  // Two meshes share no vertices, whatever their indices.
+  const std::size_t of_two = 2 * (want.size() + neighbors) + m.triangles.size();
+  const TriangleMesh view(m.vertices, m.triangles);
+  EXPECT_EQ(find_within(view, view, distance).size(), of_two);
 }
 
 // A distance that enlarges boxes beyond the largest number.
@@ -359,6 +533,20 @@ TEST(MeshFinder, NamesTheFirstBadTriangle) {
       {v, m.triangles}, Status::bad_mesh,
       "triangle 500 of the mesh has vertex 961, but there are 961 vertices, counted from 0; "
       "fix the index (1 more bad triangle)");
+  // Whichever of its vertices it is.
+  const SmallMesh other = sheet(5);
+  for (std::uint32_t Triangle::*const vertex : {&Triangle::a, &Triangle::b, &Triangle::c}) {
+    SmallMesh one = sheet(4);
+    one.triangles[3].*vertex = 25;
+    const TriangleMesh bad(one.vertices, one.triangles);
+    MeshFinder finder;
+    EXPECT_STREQ(finder.find(bad).message,
+                 "triangle 3 of the mesh has vertex 25, but there are 25 vertices, counted from 0; "
+                 "fix the index");
+    EXPECT_STREQ(finder.find({other.vertices, other.triangles}, bad).message,
+                 "triangle 3 of the second mesh has vertex 25, but there are 25 vertices, counted "
+                 "from 0; fix the index");
+  }
   m.triangles[500].b = 0;
   m.triangles[700].c = 0;
   for (const float bad : {NAN, INFINITY, -INFINITY}) {
@@ -377,6 +565,8 @@ TEST(MeshFinder, NamesTheFirstBadTriangle) {
     EXPECT_EQ(r.invalid_count, users);
     EXPECT_EQ(r.first_invalid, first);
     EXPECT_NE(std::strstr(r.message, "coordinates must be finite"), nullptr) << r.message;
+    const std::string vertex = "uses vertex " + std::to_string(m.triangles[300].c) + " at (";
+    EXPECT_NE(std::strstr(r.message, vertex.c_str()), nullptr) << r.message;
   }
 }
 
@@ -415,7 +605,7 @@ TEST(MeshFinder, RefusesWhatItCannotRead) {
                "has 1 values for 32 triangles; give one value per triangle");
   TriangleMesh placed(v, m.triangles);
   placed.transform.row[1][2] = NAN;
-  expect_error(placed, Status::bad_mesh, "transform");
+  expect_error(placed, Status::bad_mesh, "the transform of the mesh has the value nan");
   placed.transform.row[1][2] = 1e300;
   placed.transform.row[1][1] = 1e300;
   placed.transform.row[1][3] = 1.7e308;
@@ -488,6 +678,10 @@ TEST(MeshFinder, AMemoryCapHoldsOrNamesWhatIsNeeded) {
         return true;
       });
       if (r.status != Status::memory_cap_too_small) break;
+      // Not even memory for the boxes is taken.
+      if (tries == 0) {
+        EXPECT_LT(memory.peak(), m.triangles.size() * sizeof(Box));
+      }
       ASSERT_GT(r.bytes_needed, options.memory_cap_bytes);
       options.memory_cap_bytes = r.bytes_needed;
       finder.set_options(options);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -129,6 +130,28 @@ TEST(ScaledInteger, Extremes) {
   EXPECT_EQ(orient2d_integer_sign(0, 0, least, 0, 0, least), 1);
   EXPECT_EQ(orient2d_integer_sign(-most, 0, most, least, 0, least), 1);
   EXPECT_EQ(orient2d_integer_sign(1, 1, 1, 1, 1, 1), 0);
+}
+
+// Differences fill their limbs: products of them need one more bit, and one for the sign.
+TEST(ScaledInteger, FullLimbs) {
+  for (const int bits : {31, 63, 95, 1023}) {
+    const double one = std::ldexp(1.0, std::max(bits - 52, 0)), m = std::ldexp(1.0, bits) - one;
+    // An odd coordinate makes 1 the common unit.
+    const double odd = bits == 31 ? m : 1;
+    const DoubleVec3 a{-m, -m, -m}, b{m, m, -m}, c{m, -m, m}, d{-odd, m, m};
+    EXPECT_EQ(orient3d_integer_sign(a, b, c, d), -1) << bits;
+    EXPECT_EQ(orient3d_integer_sign(b, a, c, d), 1) << bits;
+    EXPECT_EQ(orient2d_integer_sign(-m, -m, m, -m, -odd, m), 1) << bits;
+    EXPECT_EQ(orient2d_integer_sign(-m, -m, -odd, m, m, -m), -1) << bits;
+  }
+}
+
+TEST(ScaledInteger, DenormalsBesideNormals) {
+  constexpr double normal = std::numeric_limits<double>::min(), half = normal / 2;
+  EXPECT_EQ(orient2d_integer_sign(0, 0, half, normal, normal, 2 * normal), 0);
+  EXPECT_EQ(orient3d_integer_sign({0, 0, 0}, {half, normal, 0}, {0, 0, half},
+                                  {normal, 2 * normal, normal}),
+            0);
 }
 
 }  // namespace

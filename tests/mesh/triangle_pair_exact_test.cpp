@@ -62,8 +62,10 @@ TEST_P(Kinds, SegmentsAndPointsMeetTriangles) {
       const auto a = mesh.points(i), b = mesh.points(i + 1);
       const mesh::TrianglePoints t = points_of(a);
       const int u_side = mesh::side(t, b[0]), v_side = mesh::side(t, b[1]);
-      ASSERT_EQ(mesh::segment_meets_triangle(b[0], b[1], t, u_side, v_side),
-                exactly_meet(a, {b[0], b[1], b[1]}))
+      const bool meets = exactly_meet(a, {b[0], b[1], b[1]});
+      ASSERT_EQ(mesh::segment_meets_triangle(b[0], b[1], t, u_side, v_side), meets)
+          << "seed " << seed << ", triangles " << i << " and " << i + 1;
+      ASSERT_EQ(mesh::segment_meets_triangle(b[1], b[0], t, v_side, u_side), meets)
           << "seed " << seed << ", triangles " << i << " and " << i + 1;
       ASSERT_EQ(mesh::in_triangle(b[0], t, u_side), exactly_meet(a, {b[0], b[0], b[0]}));
     }

@@ -158,9 +158,18 @@ def suites(build):
     test("options of C", "api", 120, "conformance_test", "CApi*:COptions*:CStatus*:CLayout*:CUpdateBoxes*")
     test("flat with not flat", "grid", 60, "conformance_test", "All/Flat.*/grid_scalar_1_any:All/Flat.*/all_pairs_scalar_1_any")
     test("embedding", "device grid", 200, "embedding_test", "*")
-    test("exact triangles", "mesh", 600, "mesh_exact_test", "-*Orient*")
-    test("meshes", "mesh", 600, "mesh_test", "-*Orient*")
-    test("orientation", "mesh", 600, "mesh_exact_test", "*Orient*")
+    test("signs", "signs", 200, "mesh_test", "*Orient*:ScaledInteger*")
+    test("exact signs", "signs", 600, "mesh_exact_test", "*Orient*")
+    test("integers and distances", "distance", 600, "mesh_exact_test", "ExactInteger*:CommonUnit*:TrianglesWithin*")
+    test("known distances", "distance", 200, "mesh_test", "TrianglesWithin*")
+    test("descriptions", "describe", 600, "mesh_exact_test", "DescribeIntersection*:ExactInteger*:CommonUnit*")
+    test("known descriptions", "describe", 100, "mesh_test", "DescribeIntersection*:KnownCases*:CMesh.Describe*")
+    test("meshes on a device", "device_mesh", 600, "mesh_test", "DeviceMesh*")
+    test("boxes for contact", "contact", 100, "mesh_exact_test", "ContactBoxes*")
+    test("contact", "contact", 600, "mesh_test", "*Contact*")
+    test("exact triangles", "mesh", 600, "mesh_exact_test", "*Kinds*:PlaneFilter*")
+    test("meshes", "mesh", 600, "mesh_test", "-*Orient*:ScaledInteger*:*Contact*:DeviceMesh*")
+    test("meshes on a host device", "mesh", 600, "mesh_test", "DeviceMesh*")
     test("large", "grid base", 300, "large_test", "*")
     test("conformance", "grid", 400, "conformance_test", "*_1_any:*auto*:CApi*:*grid_scalar_3_*:-*emulated*")
     add("soak of many boxes", "base device grid tracking", 300, [*soak, "--rounds", "60", "--seed", "6", "--many", "1"])
@@ -168,9 +177,29 @@ def suites(build):
     return found
 
 
+def mesh_modules(file):
+    """Of code for meshes: which of their tests concern it; else none."""
+    if file == "api/c_mesh_views.hpp":
+        return {"mesh", "contact"}
+    if "contact" in file or file.startswith("mesh/vertex_rings"):
+        return {"contact"}
+    if "describe" in file:
+        return {"describe"}
+    if file.startswith("device/mesh"):
+        return {"device_mesh"}
+    if re.match("mesh/(orient|expansion|scaled_integer)", file):
+        return {"signs", "mesh"}
+    if re.match("mesh/(distance|double_double)", file):
+        return {"distance", "mesh"}
+    if file == "mesh/exact_integer.hpp":
+        return {"distance", "describe"}
+    return {"mesh"} if "mesh" in file else set()
+
+
 def tests_of_module(mutant, tests):
     """The tests of the mutant's module, and of those that share its code."""
     modules = {mutant.file.split("/")[0]}
+    modules = mesh_modules(mutant.file) or modules
     if modules & {"base", "grid", "bodies"}:
         modules = {"base", "grid"}
     if mutant.file.startswith("device/plan/"):
