@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use throng::{Box3, BroadPhase, Error, Filter, Hits, ObjectId, Sweep};
+use throng::{Box3, BroadPhase, Error, Filter, ObjectId};
 
 /// An entity id of the engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -69,11 +69,10 @@ impl Collisions {
         &mut self,
         origin: [f32; 3],
         direction: [f32; 3],
-        length: f32,
+        length: f64,
     ) -> Result<Option<(Entity, f64)>, Error> {
-        let ray = Sweep::ray(origin, direction.map(|d| d * length));
-        let hit = self.objects.sweep(&[ray], Hits::First)?.first();
-        Ok(hit.map(|hit| (self.names.entity_of[&hit.object], hit.time * f64::from(length))))
+        let hit = self.objects.raycast(origin, direction, length, u32::MAX)?;
+        Ok(hit.map(|hit| (self.names.entity_of[&hit.object], hit.distance)))
     }
 }
 // snippet-end: plugin

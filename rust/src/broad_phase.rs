@@ -1,7 +1,10 @@
 //! Persistent objects: begin and end events, and queries.
 
-use std::ffi::c_int;
+use std::any::Any;
+use std::ffi::{c_int, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::ptr::{self, NonNull};
+use std::sync::Mutex;
 
 use crate::boxes::{Box3, Boxes, Filters, Pair};
 use crate::error::Error;
@@ -52,6 +55,27 @@ pub struct SweepHit {
     pub object: ObjectId,
     /// The time of first contact, 0 to 1; 0 if they touch at the start.
     pub time: f64,
+}
+
+/// The closest hit of a ray. A ray that starts in the box has distance 0, point its origin, normal
+/// the opposite of its direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct RayHit {
+    /// The object.
+    pub object: ObjectId,
+    /// World units.
+    pub distance: f64,
+    /// A point of the object's box.
+    pub point: [f32; 3],
+    /// Of length 1: of the face that the ray enters.
+    pub normal: [f32; 3],
+}
+
+impl RayHit {
+    fn if_any(self) -> Option<Self> {
+        (self.object != sys::THRONG_NO_OBJECT).then_some(self)
+    }
 }
 
 /// Which hits of a sweep are reported.
@@ -254,6 +278,41 @@ impl BroadPhase {
         Ok(unsafe { list(|count| sys::throng_broad_phase_overlaps(handle, count)) })
     }
 
+    /// Casts one ray: the closest hit within `max_distance` (world units; `f64::INFINITY`: no limit),
+    /// touching included. The direction has any length but 0. Objects are considered if their group
+    /// has a bit of `layer_mask`; `u32::MAX` for all.
+    ///
+    /// ```
+    /// use throng::{Box3, BroadPhase};
+    /// let mut objects = BroadPhase::new()?;
+    /// let ids = objects.add(&Box3::new([4.0, -1.0, -1.0], [5.0, 1.0, 1.0]))?;
+    /// let hit = objects.raycast([0.0; 3], [1.0, 0.0, 0.0], 100.0, u32::MAX)?.unwrap();
+    /// assert_eq!((hit.object, hit.distance, hit.normal), (ids[0], 4.0, [-1.0, 0.0, 0.0]));
+    /// assert!(objects.raycast([0.0; 3], [1.0, 0.0, 0.0], 3.0, u32::MAX)?.is_none());
+    /// # Ok::<(), throng::Error>(())
+    /// ```
+    pub fn raycast(
+        &mut self,
+        origin: [f32; 3],
+        direction: [f32; 3],
+        max_distance: f64,
+        layer_mask: u32,
+    ) -> Result<Option<RayHit>, Error> {
+        let mut hit = RayHit::default();
+        // SAFETY: the handle is alive; both arrays have three floats.
+        self.check(unsafe {
+            sys::throng_broad_phase_raycast(
+                self.handle.as_ptr(),
+                origin.as_ptr(),
+                direction.as_ptr(),
+                max_distance,
+                layer_mask,
+                &mut hit,
+            )
+        })?;
+        Ok(hit.if_any())
+    }
+
     /// Shape casts, ray casts for point boxes: the objects that each sweep hits, sorted by sweep.
     ///
     /// ```
@@ -435,4 +494,80 @@ impl Query {
         // SAFETY: the list stays until the next query, which needs `&mut self`.
         Ok(unsafe { list(|count| sys::throng_query_hits(handle, count)) })
     }
+
+    /// As [`BroadPhase::raycast`], with the filter values of the ray (its mask is the layer mask),
+    /// and past objects that `accept` refuses. `accept` returns the same for an object each time,
+    /// and may be called by threads of the library. If it panics, the panic continues here.
+    ///
+    /// ```
+    /// use throng::{Box3, BroadPhase, Filter, Query};
+    /// let mut objects = BroadPhase::new()?;
+    /// let muzzle = objects.add_one(Box3::from_center([0.0; 3], [1.0; 3]), Filter::default())?;
+    /// let target = objects.add_one(Box3::from_center([9.0; 3], [1.0; 3]), Filter::default())?;
+    /// let (ray, mut query) = (Filter::default(), Query::new()?);
+    /// let hit = query.raycast(&objects, [0.0; 3], [1.0; 3], f64::INFINITY, ray, |id| id != muzzle)?;
+    /// assert_eq!(hit.unwrap().object, target);
+    /// # Ok::<(), throng::Error>(())
+    /// ```
+    pub fn raycast<F: Fn(ObjectId) -> bool + Sync>(
+        &mut self,
+        objects: &BroadPhase,
+        origin: [f32; 3],
+        direction: [f32; 3],
+        max_distance: f64,
+        of_ray: Filter,
+        accept: F,
+    ) -> Result<Option<RayHit>, Error> {
+        let Filter { group, mask, owner, world, is_static } = of_ray;
+        let filter =
+            sys::throng_filter { group, mask, owner, world, is_static: u8::from(is_static) };
+        let acceptor = Acceptor { accept, panic: Mutex::new(None) };
+        let context: *const Acceptor<F> = &acceptor;
+        let mut hit = RayHit::default();
+        // SAFETY: both handles are alive; both arrays have three floats; the context outlives the
+        // call and has the type that the function expects.
+        let status = unsafe {
+            sys::throng_query_raycast(
+                self.handle.as_ptr(),
+                objects.handle.as_ptr(),
+                origin.as_ptr(),
+                direction.as_ptr(),
+                max_distance,
+                &filter,
+                accepts::<F>,
+                context.cast_mut().cast(),
+                &mut hit,
+            )
+        };
+        if let Some(panic) = acceptor.panic.into_inner().unwrap_or_else(|held| held.into_inner()) {
+            resume_unwind(panic);
+        }
+        self.check(status)?;
+        Ok(hit.if_any())
+    }
+}
+
+struct Acceptor<F> {
+    accept: F,
+    panic: Mutex<Option<Box<dyn Any + Send>>>,
+}
+
+/// A panic must not reach the C++ code that called this: it counts as a refusal.
+///
+/// # Safety
+/// `context` points to an `Acceptor<F>`.
+unsafe extern "C" fn accepts<F: Fn(ObjectId) -> bool + Sync>(
+    context: *mut c_void,
+    object: ObjectId,
+) -> c_int {
+    // SAFETY: as above; several threads may share it.
+    let acceptor = unsafe { &*context.cast::<Acceptor<F>>() };
+    catch_unwind(AssertUnwindSafe(|| (acceptor.accept)(object))).map_or_else(
+        |panic| {
+            let mut first = acceptor.panic.lock().unwrap_or_else(|held| held.into_inner());
+            first.get_or_insert(panic);
+            0
+        },
+        c_int::from,
+    )
 }

@@ -33,7 +33,7 @@ mod sys;
 
 pub use boxes::{Box3, Boxes, Filters, Pair};
 pub use broad_phase::{
-    BroadPhase, Events, Filter, Hits, LivePair, ObjectId, Query, Sweep, SweepHit,
+    BroadPhase, Events, Filter, Hits, LivePair, ObjectId, Query, RayHit, Sweep, SweepHit,
 };
 pub use error::{Error, ErrorKind};
 pub use finder::{Finder, find_pairs, find_pairs_between};

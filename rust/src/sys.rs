@@ -4,7 +4,7 @@
 
 use std::ffi::{c_char, c_double, c_float, c_int, c_uint, c_void};
 
-use crate::{Box3, LivePair, Pair, Sweep, SweepHit};
+use crate::{Box3, LivePair, Pair, RayHit, Sweep, SweepHit};
 
 /// The version of the header that these declarations follow.
 pub const THRONG_C_VERSION: c_uint = 9;
@@ -114,6 +114,10 @@ pub type throng_status = c_int;
 pub type throng_consumer =
     unsafe extern "C" fn(context: *mut c_void, pairs: *const Pair, count: usize) -> c_int;
 
+pub type throng_object_filter = unsafe extern "C" fn(context: *mut c_void, object: u32) -> c_int;
+
+pub const THRONG_NO_OBJECT: u32 = u32::MAX;
+
 unsafe extern "C" {
     pub fn throng_options_init_sized(options: *mut throng_options, struct_bytes: usize);
     pub fn throng_c_version() -> c_uint;
@@ -210,6 +214,14 @@ unsafe extern "C" {
         broad_phase: *const throng_broad_phase,
         count: *mut usize,
     ) -> *const SweepHit;
+    pub fn throng_broad_phase_raycast(
+        broad_phase: *mut throng_broad_phase,
+        origin: *const c_float,
+        direction: *const c_float,
+        max_distance: c_double,
+        layer_mask: u32,
+        hit: *mut RayHit,
+    ) -> throng_status;
     pub fn throng_broad_phase_is_alive(broad_phase: *const throng_broad_phase, id: u32) -> c_int;
     pub fn throng_broad_phase_box(
         broad_phase: *const throng_broad_phase,
@@ -249,6 +261,17 @@ unsafe extern "C" {
         context: *mut c_void,
     ) -> throng_status;
     pub fn throng_query_hits(query: *const throng_query, count: *mut usize) -> *const SweepHit;
+    pub fn throng_query_raycast(
+        query: *mut throng_query,
+        broad_phase: *const throng_broad_phase,
+        origin: *const c_float,
+        direction: *const c_float,
+        max_distance: c_double,
+        of_ray: *const throng_filter,
+        filter: throng_object_filter,
+        context: *mut c_void,
+        hit: *mut RayHit,
+    ) -> throng_status;
     pub fn throng_query_result(query: *const throng_query) -> *const throng_result;
 
     pub fn throng_mesh_finder_create(options: *const throng_options) -> *mut throng_mesh_finder;
@@ -319,6 +342,17 @@ mod tests {
             ],
         ));
 
+        structs.push((
+            "throng_ray_hit",
+            size_of::<RayHit>(),
+            vec![
+                ("object", offset_of!(RayHit, object)),
+                ("distance", offset_of!(RayHit, distance)),
+                ("point", offset_of!(RayHit, point)),
+                ("normal", offset_of!(RayHit, normal)),
+            ],
+        ));
+
         let mut program =
             String::from("#include <stdio.h>\n#include <throng/throng.h>\nint main(void) {\n");
         let mut want = String::new();
@@ -335,6 +369,7 @@ mod tests {
         }
         line("sizeof(throng_status)", size_of::<throng_status>());
         line("THRONG_C_VERSION", THRONG_C_VERSION as usize);
+        line("THRONG_NO_OBJECT", THRONG_NO_OBJECT as usize);
         for (name, value) in
             crate::options::constants().into_iter().chain(crate::error::constants())
         {

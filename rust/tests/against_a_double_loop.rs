@@ -327,6 +327,66 @@ fn sweeps() {
     assert_eq!(query.report().found, 2);
 }
 
+/// Along the axes, where the distance is a difference.
+#[test]
+fn rays() {
+    let mut random = Random(5);
+    let boxes = random.boxes(200);
+    let mut objects = BroadPhase::new().unwrap();
+    let groups: Vec<u32> = (0..200).map(|i| 1 << (i % 2)).collect();
+    objects.add(Boxes::from(&boxes).group(&groups)).unwrap();
+    let mut query = Query::new().unwrap();
+    let mut counts = [0; 2];
+    for k in (0..3).cycle().take(300) {
+        let mut origin = [random.half(12), random.half(12), random.half(12)];
+        origin[k] = -2.0;
+        let mut direction = [0.0; 3];
+        direction[k] = 3.0;
+        let (limit, layers) = (f64::from(random.below(20)), 1 + random.below(3));
+        let closest = (0..boxes.len())
+            .filter(|i| groups[*i] & layers != 0)
+            .filter(|i| {
+                let b = &boxes[*i];
+                (0..3).all(|a| a == k || (b.lower[a] <= origin[a] && origin[a] <= b.upper[a]))
+            })
+            .map(|i| (f64::from(boxes[i].lower[k]) + 2.0, i as u32))
+            .min_by(|a, b| a.partial_cmp(b).unwrap())
+            .filter(|(distance, _)| *distance <= limit);
+        let got = objects.raycast(origin, direction, limit, layers).unwrap();
+        assert_eq!(got.map(|hit| (hit.distance, hit.object)), closest);
+        counts[usize::from(got.is_some())] += 1;
+        if let Some(hit) = got {
+            assert_eq!((hit.normal[k], hit.point[k]), (-1.0, (hit.distance - 2.0) as f32));
+        }
+        let of_ray = Filter { mask: layers, ..Filter::default() };
+        let accept = |_| true;
+        let same = query.raycast(&objects, origin, direction, limit, of_ray, accept).unwrap();
+        assert_eq!(same, got);
+        let other = |id| got.is_none_or(|hit| hit.object != id);
+        let next = query.raycast(&objects, origin, direction, limit, of_ray, other).unwrap();
+        assert!(next.is_none_or(|next| {
+            let hit = got.unwrap();
+            next.object != hit.object && next.distance >= hit.distance
+        }));
+    }
+    assert!(counts[0] > 20 && counts[1] > 20, "{counts:?}");
+}
+
+#[test]
+fn a_panic_in_a_filter_of_a_ray_comes_through() {
+    let mut objects = BroadPhase::new().unwrap();
+    objects.add(&Box3::from_center([4.0, 0.0, 0.0], [1.0; 3])).unwrap();
+    let mut query = Query::new().unwrap();
+    let (x, ray) = ([1.0, 0.0, 0.0], Filter::default());
+    let panic = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        query.raycast(&objects, [0.0; 3], x, 9.0, ray, |_| panic!("from the filter"))
+    }))
+    .unwrap_err();
+    assert_eq!(panic.downcast_ref::<&str>(), Some(&"from the filter"));
+    let hit = query.raycast(&objects, [0.0; 3], x, 9.0, ray, |_| true).unwrap();
+    assert_eq!(hit.unwrap().distance, 3.0);
+}
+
 #[test]
 fn types_are_send_and_sync() {
     fn check<T: Send + Sync>() {}

@@ -33,6 +33,7 @@ fn not_a_number() {
     assert!(objects.is_empty());
     let ray = Sweep::ray([0.0; 3], [f32::INFINITY, 0.0, 0.0]);
     expect(objects.sweep(&[ray], Hits::All).map(<[SweepHit]>::len), ErrorKind::NanBox, &[]);
+    expect(objects.raycast([f32::NAN; 3], [1.0; 3], 1.0, 1), ErrorKind::NanBox, &[]);
     expect(objects.shift_origin([f32::NAN; 3]), ErrorKind::BadOption, &[]);
 }
 
