@@ -90,7 +90,7 @@ class BroadPhase:
         a query's boxes, else of the boxes given last.
     dtype: of ids and pairs: 'uint32', or 'int64', as PyTorch's indexing needs.
 
-    Any number of threads may query one at once: find_overlaps, find_hits, box, filter, is_alive, begun,
+    Any number of threads may query one at once: find_overlaps, find_hits, raycast, box, filter, is_alive, begun,
     ended, pairs_of and the counts; calls release the GIL. With several threads `threads=1` is fastest. Other
     calls, and pairs, which sorts on demand, need it alone: during one of them, or while a query runs, they
     raise RuntimeError and change nothing.
