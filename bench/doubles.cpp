@@ -110,7 +110,8 @@ void measure(const char* scene, std::size_t count, unsigned threads, int rounds,
     set_samples(row, m.times);
     results.add(std::move(row));
   }
-  results.show(fmt::format("{}, {} boxes, {} threads", scene, count, threads));
+  results.show(
+      fmt::format("{}, {} boxes, {} thread{}", scene, count, threads, threads == 1 ? "" : "s"));
 }
 
 }  // namespace
@@ -118,7 +119,8 @@ void measure(const char* scene, std::size_t count, unsigned threads, int rounds,
 int doubles_command(int argc, char** argv) {
   CaseOptions a;
   CLI::App app{"Boxes of doubles.", "throng-bench doubles"};
-  app.add_flag("!--no-competitors", a.competitors, "Only Throng");
+  app.add_flag_callback(
+      "--no-competitors", [&] { a.competitors = false; }, "Only Throng");
   int status = 0;
   if (!parse_case_options(app, a, "SCENE-OBJECTS", argc, argv, status)) return status;
   Results results(a.output);

@@ -172,7 +172,7 @@ void search(const std::string& scene, const std::vector<Filtered>& cases, unsign
   }
   for (std::size_t k = 0; k < cases.size(); ++k)
     add_row(results, scene, cases[k], "", threads, times[k], pairs[k]);
-  results.show(fmt::format("{}, search, {} threads", scene, threads));
+  results.show(fmt::format("{}, search, {} thread{}", scene, threads, threads == 1 ? "" : "s"));
 }
 
 void track(const std::string& scene, const std::vector<Filtered>& cases, double share,
@@ -197,7 +197,8 @@ void track(const std::string& scene, const std::vector<Filtered>& cases, double 
   }
   for (std::size_t k = 0; k < all.size(); ++k)
     add_row(results, scene, cases[k], share_text(share), threads, times[k], all[k]->pairs().size());
-  results.show(fmt::format("{}, {}, {} threads", scene, share_text(share), threads));
+  results.show(fmt::format("{}, {}, {} thread{}", scene, share_text(share), threads,
+                           threads == 1 ? "" : "s"));
 }
 
 }  // namespace

@@ -318,7 +318,8 @@ int mesh_command(int argc, char** argv) {
   CLI::App app{"Intersecting triangles of meshes.", "throng-bench mesh"};
   std::vector<std::string> sizes, files;
   app.add_option("files", files, "Meshes in .obj, .off, .ply or .stl files, instead of scenes");
-  app.add_flag("!--no-competitors", options.competitors, "Only Throng");
+  app.add_flag_callback(
+      "--no-competitors", [&] { options.competitors = false; }, "Only Throng");
   app.add_option("--triangles", sizes, "Numbers of triangles, such as 1K,4M")->delimiter(',');
   int status = 0;
   if (!parse_case_options(app, options, "CASE-TRIANGLES", argc, argv, status)) return status;

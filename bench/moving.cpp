@@ -231,7 +231,8 @@ int moving_command(int argc, char** argv) {
   Arguments a;
   CLI::App app{"Frames in which some boxes move, with begin and end events.",
                "throng-bench moving"};
-  app.add_flag("!--no-competitors", a.competitors, "Only Throng");
+  app.add_flag_callback(
+      "--no-competitors", [&] { a.competitors = false; }, "Only Throng");
   app.add_flag("--small-pages", a.small_pages, "No large pages for Throng's memory");
   int status = 0;
   if (!parse_case_options(app, a, "SCENE-OBJECTS-SHARE", argc, argv, status)) return status;

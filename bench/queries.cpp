@@ -254,7 +254,8 @@ void measure(const Case& c, std::size_t objects, const CaseOptions& a, Results& 
 int queries_command(int argc, char** argv) {
   CaseOptions a;
   CLI::App app{"Ray casts and overlap queries among boxes that move.", "throng-bench queries"};
-  app.add_flag("!--no-competitors", a.competitors, "Only Throng");
+  app.add_flag_callback(
+      "--no-competitors", [&] { a.competitors = false; }, "Only Throng");
   int status = 0;
   if (!parse_case_options(app, a, "SCENE; SHARE; QUERIES, such as 'pile; 1 % move; 10 rays',", argc,
                           argv, status))

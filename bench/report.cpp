@@ -32,38 +32,17 @@ const Measurement* fastest(const Findings& f, const std::string& scene, std::siz
   return best;
 }
 
-struct Standing {
-  const Measurement *throng, *other, *baseline;  // null where not measured
-};
-// `threads` 0: each in its fastest thread count.
-Standing standing(const Findings& f, const std::string& scene, std::size_t objects,
-                  unsigned threads) {
-  const auto fits = [&](const Measurement& r) { return threads == 0 || r.threads == threads; };
-  return {fastest(f, scene, objects,
-                  [&](const Measurement& r) { return r.method == throng_name && fits(r); }),
-          fastest(f, scene, objects,
-                  [&](const Measurement& r) {
-                    return r.origin == Origin::other_library &&
-                           (r.threads <= threads || threads == 0);
-                  }),
-          fastest(f, scene, objects, [&](const Measurement& r) {
-            return r.origin == Origin::baseline && (r.threads <= threads || threads == 0);
-          })};
-}
-
-double bandwidth(const Findings& f, unsigned threads) {
-  double best = 0;
-  for (const Bandwidth& b : f.bandwidth)
-    if (b.threads <= threads) best = std::max(best, b.gb_per_s);
-  return best;
-}
-
 std::vector<std::pair<std::string, std::size_t>> cases(const Findings& f) {
   std::vector<std::pair<std::string, std::size_t>> all;
   for (const Measurement& r : f.measurements)
     if (all.empty() || all.back() != std::make_pair(r.scene, r.objects))
       all.emplace_back(r.scene, r.objects);
   return all;
+}
+
+// "Embree" of "Embree rtcCollide", "baseline grid" of "baseline grid, ranges".
+std::string library_of(const Measurement& r) {
+  return r.method.substr(0, r.method.find_first_of(r.origin == Origin::other_library ? " ," : ","));
 }
 
 std::string ratio(const Measurement* other, const Measurement* mine) {
@@ -82,10 +61,6 @@ std::string hex(std::uint64_t x) { return fmt::format("{:016x}", x); }
 
 }  // namespace
 
-double sort_floor_ms(std::size_t objects, double gb_per_s) {
-  return 164.0 * double(objects) / (gb_per_s * 1e6);
-}
-
 Table machine_table(const Findings& f) {
   Table t("Machine", {"", " "});
   for (const auto& [name, value] : f.machine) t.add_row({name, value});
@@ -94,7 +69,7 @@ Table machine_table(const Findings& f) {
                fmt::format("{:.1f} GB/s, read and written", b.gb_per_s)});
   for (const auto& [name, value] : f.machine)
     if (name == "load when started" && std::strtod(value.c_str(), nullptr) > 0.5)
-      t.add_note("The machine was not idle: times on several threads mean little.");
+      t.add_note("The machine was not idle: the times are not reliable.");
   return t;
 }
 
@@ -106,7 +81,8 @@ Table case_table(const Findings& f, const std::string& scene, std::size_t object
                                          format_count(mine->pairs),
                                          double(mine->pairs) / double(objects), hex(mine->checksum))
                            : ""),
-          {"library", "threads", "ms", "least", "to Throng", "cmp/(box+pair)", "peak", ""});
+          {"library", "threads", "ms", "least", "factor", "tests per box and pair", "peak memory",
+           "remark"});
   for (const Measurement& r : f.measurements) {
     if (r.scene != scene || r.objects != objects) continue;
     if (!r.measured) {
@@ -126,29 +102,27 @@ Table case_table(const Findings& f, const std::string& scene, std::size_t object
   return t;
 }
 
-Table summary_table(const Findings& f) {
-  Table t(
-      "Throng, the fastest other library and the faster baseline grid (ms per frame, medians; each "
-      "at "
-      "its fastest thread count)",
-      {"scene", "boxes", "pairs per box", "Throng", "threads", "fastest other", "ms", "ratio",
-       "baseline", "ratio", "on 1 thread", "", "to floor"});
-  for (const auto& [scene, objects] : cases(f)) {
-    const Standing s = standing(f, scene, objects, 0), one = standing(f, scene, objects, 1);
-    if (!s.throng) continue;
-    const double floor = sort_floor_ms(objects, bandwidth(f, s.throng->threads));
-    t.add_row({scene, format_short(objects),
-               fmt::format("{:.2f}", double(s.throng->pairs) / double(objects)),
-               format_ms(s.throng->ms), std::to_string(s.throng->threads),
-               s.other ? s.other->method : "none", s.other ? format_ms(s.other->ms) : "",
-               ratio(s.other, s.throng), s.baseline ? format_ms(s.baseline->ms) : "",
-               ratio(s.baseline, s.throng), ratio(one.other, one.throng),
-               ratio(one.baseline, one.throng), format_ratio(s.throng->ms / floor)});
+Table summary_table(const Findings& f, std::size_t most_rows) {
+  Table t("Time to find all pairs of overlapping boxes that all move: median, ms per frame",
+          {"scene", "boxes", "pairs", "Throng", "best other", "factor", "which library"});
+  const std::vector<std::pair<std::string, std::size_t>> all = cases(f);
+  bool any_other = false;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const auto& [scene, objects] = all[k];
+    if (all.size() > most_rows && k + 1 < all.size() && all[k + 1].first == scene) continue;
+    const Measurement* mine =
+        fastest(f, scene, objects, [](const Measurement& r) { return r.method == throng_name; });
+    if (!mine) continue;
+    const Measurement* other = fastest(
+        f, scene, objects, [](const Measurement& r) { return r.origin == Origin::other_library; });
+    any_other = any_other || other;
+    t.add_row({scene, format_short(objects), format_count(mine->pairs), format_ms(mine->ms),
+               other ? format_ms(other->ms) : "", ratio(other, mine), other ? other->method : ""});
   }
-  t.add_note("on 1 thread: the same two ratios, all methods on one thread");
-  t.add_note(
-      "to floor: relative to one out-of-place counting sort and a scan, 164 bytes per box at the "
-      "measured copy bandwidth");
+  if (any_other)
+    t.add_note(
+        "Each library with its fastest setting and number of threads. factor: the time of the best "
+        "other library divided by Throng's.");
   return t;
 }
 
@@ -223,8 +197,8 @@ report::Page page(const Findings& f) {
   p.paragraph(
       "A time is from the caller's boxes to the pairs in memory, every box moving in every frame; "
       "medians of interleaved rounds. All methods' pairs were compared by count and checksum.");
+  p.add(summary_table(f, f.measurements.size()));
   p.add(machine_table(f));
-  p.add(summary_table(f));
   std::map<std::string, std::string> notes;
   for (const Measurement& r : f.measurements)
     if (r.measured) notes.emplace(r.method, r.note);
@@ -238,47 +212,43 @@ report::Page page(const Findings& f) {
     p.heading(scene);
     report::Plot time, times;
     time.title = scene + ": time per frame";
-    times.title = scene + ": how many times Throng's time";
+    times.title = scene + ": time relative to Throng's";
     time.y_label = "ms";
-    times.y_label = "ratio, on as many threads or the method's one";
+    times.y_label = "time / Throng's time";
     for (report::Plot* plot : {&time, &times}) {
       plot->x_label = "boxes";
       plot->log_x = plot->log_y = true;
     }
+    // One line per library, in its fastest setting and thread count at each size.
     std::map<std::string, report::Series> lines, ratios;
     std::vector<std::string> order;
-    report::Series floor{"floor (164 bytes per box)", {}, {}, false, true};
     for (const Measurement& r : f.measurements) {
       const bool shown = r.method == throng_name || r.origin != Origin::throng;
       if (r.scene != scene || !r.measured || !shown) continue;
-      if (lines.find(r.method) == lines.end()) order.push_back(r.method);
-      // Each at its fastest thread count.
-      const Measurement* best =
-          fastest(f, scene, r.objects, [&](const Measurement& x) { return x.method == r.method; });
+      const std::string library = library_of(r);
+      const Measurement* best = fastest(f, scene, r.objects, [&](const Measurement& x) {
+        return x.origin == r.origin && library_of(x) == library &&
+               (x.origin != Origin::throng || x.method == throng_name);
+      });
       if (best != &r) continue;
       const Measurement* mine = fastest(
           f, scene, r.objects, [](const Measurement& x) { return x.method == throng_name; });
-      report::Series& line = lines[r.method];
+      if (std::find(order.begin(), order.end(), library) == order.end()) order.push_back(library);
+      report::Series& line = lines[library];
       line.x.push_back(double(r.objects));
       line.y.push_back(r.ms);
-      report::Series& factor = ratios[r.method];
+      report::Series& factor = ratios[library];
       factor.x.push_back(double(r.objects));
       factor.y.push_back(r.ms / mine->ms);
-      if (&r == mine) {
-        floor.x.push_back(double(r.objects));
-        floor.y.push_back(sort_floor_ms(r.objects, bandwidth(f, r.threads)));
-      }
     }
     for (const std::string& name : order) {
-      for (auto* of : {&lines, &ratios})
-        (*of)[name].name = name.size() > 32 ? name.substr(0, 31) + "…" : name;
+      lines[name].name = ratios[name].name = name;
       lines[name].emphasis = ratios[name].emphasis = name == throng_name;
+      // Throng is in both plots, so that each library has one colour.
       time.series.push_back(lines[name]);
-      if (name != throng_name) times.series.push_back(ratios[name]);
+      times.series.push_back(ratios[name]);
     }
-    time.series.push_back(floor);
-    p.add(time);
-    p.add(times);
+    p.add(std::vector<report::Plot>{time, times});
     for (const auto& [s, objects] : cases(f))
       if (s == scene) p.add(case_table(f, s, objects));
     const auto explained = f.explanations.find(scene);

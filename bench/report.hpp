@@ -28,17 +28,12 @@ struct Findings {
   std::map<std::string, Explanation> explanations;
 };
 
-// The time to move 164 bytes per box, which one out-of-place counting sort and a scan need: 24 to
-// find the range; 24 to find the cell and 4 to write its number; 24 and 4 again, 28 to write a
-// record and 28 to fetch its cache lines first; 28 for the scan.
-double sort_floor_ms(std::size_t objects, double gb_per_s);
-
 report::Table machine_table(const Findings& f);
 // All methods on one scene at one size.
 report::Table case_table(const Findings& f, const std::string& scene, std::size_t objects);
-// One line per scene and size: Throng, the fastest other library, the faster baseline grid, the
-// floor.
-report::Table summary_table(const Findings& f);
+// One line per scene and size: Throng and the fastest other library. If there would be more than
+// `most_rows`, only the largest size of each scene.
+report::Table summary_table(const Findings& f, std::size_t most_rows);
 std::vector<Row> rows(const Findings& f);
 std::string json(const Findings& f);
 report::Page page(const Findings& f);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <string>
 #include <utility>
@@ -43,7 +44,7 @@ struct Arguments {
   int rounds = 0;
   double budget = 780;
   bool validate = false, golden = false;
-  bool quick = false, no_competitors = false, no_memory = false, json = false;
+  bool quick = false, no_competitors = false, no_memory = false, json = false, details = false;
   int peak_of = -1;
 };
 
@@ -99,6 +100,30 @@ std::vector<MethodInfo> choose_methods(const Arguments& a) {
       all.push_back(std::move(m));
   }
   return all;
+}
+
+// The results in about ten lines, and where the others are.
+void print_summary(const Findings& f, const Arguments& a, double seconds) {
+  const bool all_agree = disagreements(f).empty();
+  report::Table table = summary_table(f, a.details ? f.measurements.size() : 12);
+  const auto of_machine = [&](const std::string& wanted) {
+    for (const auto& [name, value] : f.machine)
+      if (name == wanted) return value;
+    return std::string();
+  };
+  if (!a.no_competitors) {
+    const std::string missing = of_machine("libraries not found");
+    table.add_note(fmt::format("Libraries: {}{}{}.", of_machine("other libraries"),
+                               missing.empty() ? "" : "; not found: ", missing));
+    if (all_agree) table.add_note("All found the same pairs.");
+  }
+  table.add_note(fmt::format("Machine: {}, {} hardware threads. Measured in {:.0f} s.",
+                             of_machine("processor"), of_machine("hardware threads"), seconds));
+  if (std::strtod(of_machine("load when started").c_str(), nullptr) > 0.5)
+    table.add_note("The machine was not idle: the times are not reliable.");
+  fmt::print("{}", table.text());
+  if (!a.details)
+    fmt::print("--details prints all sizes, settings and thread counts; --html FILE draws them.\n");
 }
 
 std::size_t frames_for(std::size_t objects) {
@@ -168,8 +193,9 @@ int run(const Arguments& a) {
 
   Findings f;
   f.machine = machine_description();
-  for (const unsigned t : settings.threads) f.bandwidth.push_back({t, copy_bandwidth(t)});
-  if (!a.json) fmt::print("{}\n", machine_table(f).text());
+  if (a.details || a.json || !a.output.csv.empty() || !a.html.empty())
+    for (const unsigned t : settings.threads) f.bandwidth.push_back({t, copy_bandwidth(t)});
+  if (a.details && !a.json) fmt::print("{}\n", machine_table(f).text());
   SearchRounds rounds(settings, std::move(methods));
   for (const SceneChoice& scene : scenes) {
     const bool file = scene.name.empty();
@@ -185,7 +211,7 @@ int run(const Arguments& a) {
       f.measurements.insert(f.measurements.end(), measured.begin(), measured.end());
       if (!a.html.empty()) f.explanations[c.scene.label] = explain(c);
       if (progress) std::fprintf(stderr, "\r\033[K");
-      if (!a.json) {
+      if (a.details && !a.json) {
         fmt::print("{}\n", case_table(f, c.scene.label, c.objects).text());
         std::fflush(stdout);
       }
@@ -194,8 +220,7 @@ int run(const Arguments& a) {
   if (a.json) {
     fmt::print("{}", json(f));
   } else {
-    fmt::print("{}\n", summary_table(f).text());
-    fmt::print("{:.0f} s in all.\n", rounds.seconds());
+    print_summary(f, a, rounds.seconds());
   }
   if (!a.output.csv.empty()) report::write_text(a.output.csv, csv(rows(f), a.output));
   if (!a.html.empty()) report::write_text(a.html, page(f).html());
@@ -235,6 +260,8 @@ int search_command(int argc, char** argv) {
   add_output_options(app, a.output);
   app.add_option("--html", a.html, "Write a page with tables and plots to this file");
   app.add_flag("--json", a.json, "Print one JSON object instead of tables");
+  app.add_flag("--details", a.details,
+               "Print a table per case: each library, setting and thread count");
   app.add_flag("--quick", a.quick, "Three scenes up to 100K boxes, in under a minute");
   app.add_flag("--no-memory", a.no_memory, "Do not measure peak memory");
   app.add_option("--budget", a.budget, "Seconds after which slow libraries are left out")

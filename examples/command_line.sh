@@ -66,6 +66,7 @@ THRONG_CAPTURE=captures throng pairs pile.npy
 for file in captures/*.capture; do throng replay "$file"; done
 # snippet-end: capture
 # snippet-begin: demo
-throng demo --objects 2000 --frames 60 -o column.png
+throng demo --objects 2000 --frames 200 -o column.png --animate column.svg
 # snippet-end: demo
 [ -s column.png ]
+[ -s column.svg ]

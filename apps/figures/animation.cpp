@@ -88,7 +88,8 @@ std::string box(const Motion& motion, std::size_t index) {
     colour.at(tick, box_colours[kind]);
   }
   return fmt::format(
-      "<rect width=\"{}\" height=\"{}\" x=\"{}\" y=\"{}\" color=\"{}\">{}{}{}</rect>\n",
+      "<rect width=\"{}\" height=\"{}\" x=\"{}\" y=\"{}\" color=\"{}\" fill=\"currentColor\" "
+      "stroke=\"currentColor\">{}{}{}</rect>\n",
       pixels(m.width), pixels(m.height), pixels(m.x.at(0)), pixels(m.y.at(0)), box_colours[first],
       animate("x", m.x), animate("y", m.y), colour.of("color", true));
 }
@@ -101,7 +102,7 @@ std::string line(const Motion& motion, const PairInterval& interval) {
     const auto [to_x, to_y] = b.middle(tick);
     return fmt::format("M{} {}L{} {}", pixels(x), pixels(y), pixels(to_x), pixels(to_y));
   };
-  const std::string nothing = "M0 0L0 0";
+  const std::string nothing = "M-9 0L-9 0";  // outside
   const int last = std::min(interval.ended + ended_ticks, tick_count);
   Keyframes way;
   if (interval.began > 0) {
@@ -121,7 +122,9 @@ std::string line(const Motion& motion, const PairInterval& interval) {
   const int settled = interval.began + begun_ticks;
   if (interval.began > 0 && settled < interval.ended) colour.at(settled, pair_colour);
   if (interval.ended < tick_count) colour.at(interval.ended, end_colour);
-  return fmt::format("<path d=\"{}\">{}{}</path>\n", interval.began > 0 ? nothing : drawn(0),
+  // Without animation the picture shows the first tick.
+  return fmt::format("<path d=\"{}\"{}>{}{}</path>\n", interval.began > 0 ? nothing : drawn(0),
+                     interval.began > 0 ? "" : fmt::format(" stroke=\"{}\"", pair_colour),
                      way.of("d", false), colour.of("stroke", true));
 }
 
@@ -152,16 +155,18 @@ std::string chart(const Motion& motion) {
   Keyframes grown;
   grown.at(0, "0");
   grown.at(tick_count, fmt::to_string(chart_right - chart_left));
-  // The whole chart dimmed, and the past again, bright.
+  // The whole chart dimmed, and the past again, bright. Without animation all is past.
   return fmt::format(
-      "<clipPath id=\"past\"><rect x=\"{0}\" y=\"{1}\" width=\"0\" height=\"{2}\">{3}</rect>"
+      "<clipPath id=\"past\"><rect x=\"{0}\" y=\"{1}\" width=\"{12}\" height=\"{2}\">{3}</rect>"
       "</clipPath>\n<g opacity=\".35\"><g id=\"all\"><path d=\"{4}\" fill=\"{5}\"/>"
       "<path d=\"{6}\" stroke=\"{7}\"/><path d=\"{8}\" stroke=\"{9}\"/></g></g>\n"
       "<use href=\"#all\" clip-path=\"url(#past)\"/>\n"
-      "<path d=\"M0 {1}v{2}\" stroke=\"#ffffff\"><animateTransform attributeName=\"transform\" "
+      "<path d=\"M0 {1}v{2}\" transform=\"translate({10})\" stroke=\"#ffffff\"><animateTransform "
+      "attributeName=\"transform\" "
       "type=\"translate\" dur=\"{11}s\" repeatCount=\"indefinite\" values=\"{0};{10}\"/></path>\n",
       chart_left, chart_top - 8, chart_bottom - chart_top + 16, grown.of("width", false), curve,
-      "#2f7fbf", begins, begin_colour, ends, end_colour, chart_right, seconds);
+      "#2f7fbf", begins, begin_colour, ends, end_colour, chart_right, seconds,
+      chart_right - chart_left);
 }
 
 // The legend, and the totals.
@@ -203,9 +208,7 @@ std::string moving() {
       "<rect width=\"{0}\" height=\"{1}\" rx=\"10\" fill=\"#0e1624\"/>\n",
       width, height);
   text += chart(made) + legend(made);
-  text +=
-      "<g fill=\"currentColor\" fill-opacity=\".28\" stroke=\"currentColor\" "
-      "stroke-width=\"1.5\">\n";
+  text += "<g fill-opacity=\".28\" stroke-width=\"1.5\">\n";
   for (std::size_t i = 0; i < made.movers.size(); ++i) text += box(made, i);
   text += "</g>\n<g fill=\"none\" stroke-width=\"2\" stroke-linecap=\"round\">\n";
   for (const PairInterval& interval : made.intervals) text += line(made, interval);

@@ -1,12 +1,12 @@
 #include "apps/report/explanation.hpp"
 
-#include <cmath>
+#include <cstdint>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "apps/report/format.hpp"
-#include "apps/report/plot.hpp"
 
 namespace throng::report {
 namespace {
@@ -14,79 +14,96 @@ namespace {
 std::string ms_text(double ms) { return format_ms(ms) + " ms"; }
 
 std::string size_text(const Explanation::SizeClass& c) {
-  if (c.below == 0) return "no extent";
+  if (c.below == 0) return "0";
   return c.from == c.below ? std::string("infinite") : fmt::format("{:g} to {:g}", c.from, c.below);
 }
 
-std::string place_text(const Box& b) {
-  return fmt::format("({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g})", b.lower.x, b.lower.y,
-                     b.lower.z, b.upper.x, b.upper.y, b.upper.z);
+std::string corner_text(const Vec3& p) {
+  return fmt::format("{:.4g}, {:.4g}, {:.4g}", p.x, p.y, p.z);
+}
+
+// Whether the largest box is more than four times as large as the median box.
+bool sizes_differ(const Explanation& e) {
+  std::uint64_t boxes = 0, passed = 0;
+  for (const auto& c : e.size_classes) boxes += c.boxes;
+  for (const auto& c : e.size_classes) {
+    passed += c.boxes;
+    if (2 * passed >= boxes) return !e.largest.empty() && e.largest.front().extent > 4 * c.below;
+  }
+  return false;
 }
 
 }  // namespace
 
 Table explanation_summary(const Explanation& e) {
   const Plan& plan = e.result.plan;
-  Table table("What was done", {"", ""});
+  Table table("The search", {"", ""});
   const auto row = [&](const char* what, const std::string& value) {
     table.add_row({what, value});
   };
-  row("algorithm", fmt::format("{}, {}, {} thread{}", to_string(plan.algorithm),
-                               to_string(plan.isa), plan.threads, plan.threads == 1 ? "" : "s"));
-  row("because", plan.reason);
-  row("boxes", format_count(e.boxes));
-  row("inactive", format_count(e.result.inactive));
+  row("boxes", e.result.inactive == 0
+                   ? format_count(e.boxes)
+                   : fmt::format("{}, of which {} are inactive", format_count(e.boxes),
+                                 format_count(e.result.inactive)));
   row("pairs", format_count(e.result.found));
-  if (e.cells > 0) {
-    row("cells", fmt::format("{} ({} x {} x {}, swept along {}), {} with a box in them",
-                             format_count(e.cells), plan.columns[0], plan.columns[1],
-                             plan.columns[2], "xyz"[plan.sweep_axis], format_count(e.occupied)));
-    row("cells per box", fmt::format("{:.3g}", static_cast<double>(e.entries) /
-                                                   static_cast<double>(e.boxes ? e.boxes : 1)));
-  } else {
-    row("cells", "no single grid for all boxes");
-  }
-  row("tests", format_count(e.result.comparisons));
-  row("visited", format_count(e.result.visited));
-  row("tests per pair", fmt::format("{:.3g}", e.tests_per_pair));
-  row("tests per box", fmt::format("{:.3g}", e.tests_per_box));
+  row("time", ms_text(e.result.times.total_ms));
   const StageTimes& t = e.result.times;
-  row("time", ms_text(t.total_ms));
-  row("  plan, bin, find, order",
-      fmt::format("{}, {}, {}, {}", ms_text(t.plan_ms), ms_text(t.bin_ms), ms_text(t.find_ms),
-                  ms_text(t.order_ms)));
-  row("memory", format_bytes(static_cast<double>(e.memory_bytes)));
+  row("  of which",
+      fmt::format("plan {}, sort boxes into cells {}, find pairs {}, sort pairs {}",
+                  ms_text(t.plan_ms), ms_text(t.bin_ms), ms_text(t.find_ms), ms_text(t.order_ms)));
+  row("method", fmt::format("{}, {}, {} thread{}", to_string(plan.algorithm), to_string(plan.isa),
+                            plan.threads, plan.threads == 1 ? "" : "s"));
+  row("reason", plan.reason);
+  if (e.cells > 0) {
+    row("cells",
+        fmt::format("{} ({} x {} x {}); {} have boxes; each box is in {:.3g} on average",
+                    format_count(e.cells), plan.columns[0], plan.columns[1], plan.columns[2],
+                    format_count(e.occupied),
+                    static_cast<double>(e.entries) / static_cast<double>(e.boxes ? e.boxes : 1)));
+  } else {
+    row("cells", "not one grid for all boxes");
+  }
+  row("tests",
+      fmt::format("{} pairs of boxes compared: {:.3g} tests per pair found, {:.3g} per box",
+                  format_count(e.result.comparisons), e.tests_per_pair, e.tests_per_box));
+  std::string parts;
+  for (const auto& part : e.memory)
+    parts += fmt::format("{}{} {}", parts.empty() ? ": " : ", ", part.what,
+                         format_bytes(static_cast<double>(part.bytes)));
+  row("memory", format_bytes(static_cast<double>(e.memory_bytes)) + parts);
   return table;
 }
 
+std::vector<Bars> explanation_histograms(const Explanation& e) {
+  Bars sizes{"Boxes by size", "largest side", "boxes", {}},
+      cells{"Cells by number of boxes", "boxes in a cell", "cells", {}};
+  for (const auto& c : e.size_classes)
+    sizes.bars.push_back({size_text(c), static_cast<double>(c.boxes)});
+  for (const auto& c : e.cell_classes)
+    cells.bars.push_back({c.below == c.from + 1 ? format_count(c.from)
+                                                : fmt::format("{} to {}", format_count(c.from),
+                                                              format_count(c.below - 1)),
+                          static_cast<double>(c.cells)});
+  std::vector<Bars> histograms;
+  for (Bars* bars : {&sizes, &cells})
+    if (!bars->bars.empty()) histograms.push_back(std::move(*bars));
+  return histograms;
+}
+
 std::vector<Table> explanation_details(const Explanation& e) {
-  Table sizes("Sizes: the largest extent", {"from, to below", "boxes", "cells per box"});
-  for (const auto& c : e.size_classes) {
-    sizes.add_row({size_text(c), format_count(c.boxes),
-                   e.cells > 0 ? fmt::format("{:.3g}", c.cells_per_box) : ""});
-  }
-  Table largest("The largest boxes", {"index", "set", "extent", "cells"});
+  Table largest("The largest boxes", {"index", "set", "largest side", "cells"});
   for (const auto& l : e.largest) {
     largest.add_row({std::to_string(l.index), l.in_second_set ? "second" : "first",
                      fmt::format("{:.4g}", l.extent), e.cells > 0 ? format_count(l.cells) : ""});
   }
-  Table densest("The densest cells", {"boxes", "where"});
+  Table densest("The cells with the most boxes", {"boxes", "from x, y, z", "to x, y, z"});
   for (const auto& c : e.densest) {
-    densest.add_row({format_count(c.boxes), place_text(c.bounds)});
+    densest.add_row(
+        {format_count(c.boxes), corner_text(c.bounds.lower), corner_text(c.bounds.upper)});
   }
-  Table cells("How full the cells are", {"boxes in a cell", "cells", "boxes in all of them"});
-  for (const auto& c : e.cell_classes) {
-    cells.add_row({c.below == c.from + 1
-                       ? format_count(c.from)
-                       : fmt::format("{} to {}", format_count(c.from), format_count(c.below - 1)),
-                   format_count(c.cells), format_count(c.boxes)});
-  }
-  Table memory("Memory", {"for", "bytes"});
-  for (const auto& part : e.memory) memory.add_row({part.what, format_count(part.bytes)});
   std::vector<Table> tables;
-  for (Table* table : {&sizes, &largest, &cells, &densest, &memory}) {
-    if (table->rows() > 0) tables.push_back(std::move(*table));
-  }
+  if (sizes_differ(e)) tables.push_back(std::move(largest));
+  if (densest.rows() > 0) tables.push_back(std::move(densest));
   return tables;
 }
 
@@ -96,39 +113,7 @@ void explain(Page& page, const Explanation& e) {
   for (const std::string& line : e.advice) advice.add_row({line});
   if (e.advice.empty()) advice.add_row({"nothing stands out"});
   page.add(advice);
-  // A size class is drawn at the middle of its factor of two; points and infinite boxes are left
-  // out.
-  Plot sizes, cells;
-  Series boxes{"boxes", {}, {}, true, false};
-  Series cell_boxes{"boxes in such cells", {}, {}, true, false},
-      cell_count{"cells", {}, {}, false, true};
-  for (const auto& c : e.size_classes) {
-    boxes.x.push_back(c.from * std::sqrt(2.0));
-    boxes.y.push_back(static_cast<double>(c.boxes));
-  }
-  for (const auto& c : e.cell_classes) {
-    const double middle = static_cast<double>(c.from) * (c.from == 1 ? 1 : std::sqrt(2.0));
-    cell_boxes.x.push_back(middle);
-    cell_boxes.y.push_back(static_cast<double>(c.boxes));
-    cell_count.x.push_back(middle);
-    cell_count.y.push_back(static_cast<double>(c.cells));
-  }
-  sizes.title = "Boxes by size";
-  sizes.x_label = "largest extent, world units";
-  sizes.y_label = "boxes";
-  sizes.series = {boxes};
-  cells.title = "How full the cells are";
-  cells.x_label = "boxes in a cell";
-  cells.y_label = "count";
-  cells.series = {cell_boxes, cell_count};
-  std::vector<Plot> plots = {sizes};
-  if (!e.cell_classes.empty()) plots.push_back(cells);
-  for (Plot& plot : plots) {
-    plot.log_x = plot.log_y = true;
-    plot.width = 560;
-    plot.height = 360;
-  }
-  page.add(plots);
+  page.add(explanation_histograms(e));
   for (const Table& table : explanation_details(e)) page.add(table);
 }
 

@@ -6,15 +6,18 @@
 #include <throng/explain.hpp>
 
 #include "apps/report/page.hpp"
+#include "apps/report/plot.hpp"
 #include "apps/report/table.hpp"
 
 namespace throng::report {
 
-// Algorithm and reason, counts, times.
+// Counts, times, method and reason, tests, memory.
 Table explanation_summary(const Explanation& e);
-// Sizes, the largest boxes, boxes per cell, the densest cells, memory; those that have rows.
+// Boxes by size, cells by number of boxes; those that have bars.
+std::vector<Bars> explanation_histograms(const Explanation& e);
+// The largest boxes, if sizes differ much; the cells with the most boxes, if there are cells.
 std::vector<Table> explanation_details(const Explanation& e);
-// Both, the suggestions between them, and two plots: boxes by size, cells by number of boxes.
+// All of it and the suggestions.
 void explain(Page& page, const Explanation& e);
 
 }  // namespace throng::report

@@ -50,6 +50,12 @@ void Page::add(const std::vector<Plot>& plots) {
   body_ += "</div>\n";
 }
 
+void Page::add(const std::vector<Bars>& plots) {
+  body_ += "<div class=\"plots\">\n";
+  for (const Bars& bars : plots) body_ += bars.svg();
+  body_ += "</div>\n";
+}
+
 std::string Page::html() const {
   const std::string title = escape_html(title_);
   std::string body = body_;

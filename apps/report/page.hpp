@@ -22,6 +22,7 @@ class Page {
   void add(const Plot& plot);
   // Side by side, if wide enough.
   void add(const std::vector<Plot>& plots);
+  void add(const std::vector<Bars>& plots);
 
   std::string html() const;
 

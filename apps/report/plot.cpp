@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include <fmt/format.h>
@@ -77,6 +78,10 @@ std::string label(double v) {
   if (v >= 1e6) return fmt::format("{:g}M", v / 1e6);
   if (v >= 1e3) return fmt::format("{:g}K", v / 1e3);
   return fmt::format("{:g}", v);
+}
+
+std::string value_text(double value) {
+  return format_count(static_cast<std::uint64_t>(std::llround(value)));
 }
 
 std::string marker(std::size_t kind, double x, double y, const char* colour, bool emphasis) {
@@ -194,6 +199,71 @@ std::string Plot::svg() const {
                        s.emphasis ? " font-weight=\"600\"" : "", escape_html(s.name));
   }
   return out + "</svg>\n";
+}
+
+std::string Bars::svg() const {
+  double most = 0;
+  std::size_t longest = 1;
+  for (const Bar& bar : bars) {
+    most = std::max(most, bar.value);
+    longest = std::max({longest, bar.label.size(), value_text(bar.value).size()});
+  }
+  // Wide enough for the labels: about seven pixels per letter.
+  const double slot = std::max(44.0, 14 + 6.8 * static_cast<double>(longest));
+  const double left = 44, top = 64, bottom = height - 60.0;
+  const double right = left + slot * static_cast<double>(std::max<std::size_t>(1, bars.size()));
+  const double total_width =
+      std::max(right + 16, left + 16 + 8.5 * static_cast<double>(title.size()));
+  std::string out = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1}\" width=\"{0:.0f}\" "
+      "height=\"{1}\" role=\"img\" font-family=\"system-ui, sans-serif\" font-size=\"12\">\n"
+      "<title>{2}</title>\n<rect width=\"{0:.0f}\" height=\"{1}\" fill=\"#ffffff\"/>\n"
+      "<text x=\"{3}\" y=\"24\" font-size=\"15\" font-weight=\"600\" fill=\"#222\">{2}</text>\n",
+      total_width, height, escape_html(title), left);
+  for (std::size_t k = 0; k < bars.size(); ++k) {
+    const double tall = most > 0 ? bars[k].value / most * (bottom - top) : 0;
+    const double x = left + slot * static_cast<double>(k), middle = x + slot / 2;
+    out += fmt::format(
+        "<rect data-bar=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" "
+        "fill=\"{}\"/>\n",
+        escape_html(bars[k].label), x + 0.1 * slot, bottom - tall, 0.8 * slot, tall, colours[0]);
+    out += fmt::format(
+        "<text x=\"{0:.1f}\" y=\"{1:.1f}\" text-anchor=\"middle\" fill=\"#222\">{2}</text>\n"
+        "<text x=\"{0:.1f}\" y=\"{3:.1f}\" text-anchor=\"middle\" fill=\"#444\">{4}</text>\n",
+        middle, bottom - tall - 6, value_text(bars[k].value), bottom + 18,
+        escape_html(bars[k].label));
+  }
+  out +=
+      fmt::format("<path d=\"M{} {}H{}\" fill=\"none\" stroke=\"#666\"/>\n", left, bottom, right);
+  out += fmt::format(
+      "<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\" fill=\"#222\">{}</text>\n"
+      "<text transform=\"translate(24 {:.1f}) rotate(-90)\" text-anchor=\"middle\" "
+      "fill=\"#222\">{}</text>\n",
+      (left + right) / 2, height - 16, escape_html(x_label), (top + bottom) / 2,
+      escape_html(y_label));
+  return out + "</svg>\n";
+}
+
+std::string bar_text(const Bars& bars, int width) {
+  double most = 0;
+  std::size_t label_width = bars.x_label.size(), value_width = bars.y_label.size();
+  for (const Bars::Bar& bar : bars.bars) {
+    most = std::max(most, bar.value);
+    label_width = std::max(label_width, bar.label.size());
+    value_width = std::max(value_width, value_text(bar.value).size());
+  }
+  const double room = std::max(1.0, width - static_cast<double>(label_width + value_width + 4));
+  std::string out = bars.title + "\n";
+  out += fmt::format("{:>{}}  {:>{}}\n", bars.x_label, label_width, bars.y_label, value_width);
+  for (const Bars::Bar& bar : bars.bars) {
+    const double length = most > 0 ? bar.value / most * room : 0;
+    const auto marks = static_cast<std::size_t>(bar.value > 0 ? std::max(1.0, length) : 0);
+    std::string line = fmt::format("{:>{}}  {:>{}}  {}", bar.label, label_width,
+                                   value_text(bar.value), value_width, std::string(marks, '#'));
+    line.erase(line.find_last_not_of(' ') + 1);
+    out += line + "\n";
+  }
+  return out;
 }
 
 }  // namespace throng::report

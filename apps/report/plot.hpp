@@ -1,4 +1,4 @@
-// Line plots as SVG text, for any browser.
+// Line and bar plots as SVG text, for any browser.
 #pragma once
 
 #include <string>
@@ -23,5 +23,23 @@ struct Plot {
   // kind of colour vision; the markers differ, too.
   std::string svg() const;
 };
+
+// One bar per class of a histogram, from left to right.
+struct Bars {
+  struct Bar {
+    std::string label;
+    double value = 0;  // >= 0, finite
+  };
+  std::string title, x_label, y_label;
+  std::vector<Bar> bars;
+  int height = 360;
+
+  // One <svg> element; each bar has its value above it.
+  std::string svg() const;
+};
+
+// The same as lines of text, each at most `width` characters: label, value, a bar of '#' whose
+// length is proportional to the value. A value above 0 has at least one '#'.
+std::string bar_text(const Bars& bars, int width);
 
 }  // namespace throng::report

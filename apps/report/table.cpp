@@ -54,6 +54,12 @@ std::vector<bool> Table::numeric() const {
   return result;
 }
 
+bool Table::has_header() const {
+  return std::any_of(columns_.begin(), columns_.end(), [](const std::string& column) {
+    return column.find_first_not_of(' ') != std::string::npos;
+  });
+}
+
 std::string Table::text() const {
   std::vector<std::size_t> widths;
   for (const auto& column : columns_) widths.push_back(width(column));
@@ -71,10 +77,11 @@ std::string Table::text() const {
     text.erase(text.find_last_not_of(' ') + 1);
     out += text + "\n";
   };
-  line(columns_);
+  const bool headed = has_header();
+  if (headed) line(columns_);
   std::size_t total = columns_.empty() ? 0 : 2 * (columns_.size() - 1);
   for (const std::size_t w : widths) total += w;
-  out += std::string(total, '-') + "\n";
+  if (headed || !title_.empty()) out += std::string(total, '-') + "\n";
   for (const auto& row : rows_) line(row);
   for (const auto& note : notes_) out += "  " + note + "\n";
   return out;
@@ -121,7 +128,7 @@ std::string Table::html() const {
     }
     out += "</tr>\n";
   };
-  line(columns_, "th");
+  if (has_header()) line(columns_, "th");
   out += "</thead>\n<tbody>\n";
   for (const auto& row : rows_) line(row, "td");
   out += "</tbody></table></div>\n";

@@ -19,7 +19,7 @@ class Table {
   const std::string& title() const noexcept { return title_; }
   std::size_t rows() const noexcept { return rows_.size(); }
 
-  // Columns aligned by spaces; numeric columns to the right.
+  // Columns aligned by spaces; numeric columns to the right. No header if no column has a name.
   std::string text() const;
   // RFC 4180: the columns' names, then the rows; no title, no notes.
   std::string csv() const;
@@ -27,6 +27,7 @@ class Table {
 
  private:
   std::vector<bool> numeric() const;
+  bool has_header() const;  // whether a column has a name
 
   std::string title_;
   std::vector<std::string> columns_;

@@ -16,12 +16,14 @@
 #include "apps/common/numbers.hpp"
 #include "apps/report/draw_boxes.hpp"
 #include "apps/report/format.hpp"
+#include "apps/report/page.hpp"
 #include "apps/report/table.hpp"
 #include "apps/scenes/output_file.hpp"
 #include "apps/throng/commands.hpp"
 #include "apps/throng/console.hpp"
 #include "apps/throng/failure.hpp"
 #include "apps/throng/falling_boxes.hpp"
+#include "apps/throng/film.hpp"
 #include "apps/throng/search_options.hpp"
 
 namespace throng::cli {
@@ -37,6 +39,7 @@ where a box's colour shows the number of boxes that it touches.
 Examples:
   throng demo
   throng demo --objects 1M --frames 100 -o million.png
+  throng demo --objects 10K --animate falling.svg
 Exit status: 0 done, 2 bad usage or a picture that cannot be written.)";
 
 // Table 6 of the paper: 100K objects, AABB update, grid update and brute force together.
@@ -47,7 +50,7 @@ struct Arguments {
   std::string objects = "100000";
   std::size_t frames = 300;
   unsigned threads = 0;
-  std::string picture = "throng-demo.png";
+  std::string picture = "throng-demo.png", animation;
 };
 
 struct Measured {
@@ -56,7 +59,10 @@ struct Measured {
   Plan plan_of_last;
 };
 
-Measured run_frames(FallingBoxes& heap, const Arguments& arguments, Finder& finder) {
+std::string ms_text(double ms) { return report::format_ms(ms); }
+
+// `film`: may be null.
+Measured run_frames(FallingBoxes& heap, const Arguments& arguments, Finder& finder, Film* film) {
   Measured m;
   Progress progress("frame", arguments.frames);
   for (std::size_t f = 0; f < arguments.frames; ++f) {
@@ -81,13 +87,16 @@ Measured run_frames(FallingBoxes& heap, const Arguments& arguments, Finder& find
       m.bin.push_back(result.times.bin_ms);
       m.find.push_back(result.times.find_ms);
     }
+    if (film && film->shows(f)) {
+      film->add(heap, finder.pairs().data(), finder.pairs().size(),
+                fmt::format("frame {}: {} pairs in {} ms", f + 1,
+                            report::format_count(result.found), ms_text(search_ms)));
+    }
     progress.at(f + 1, fmt::format("{} pairs in {} ms", report::format_count(result.found),
                                    report::format_ms(search_ms)));
   }
   return m;
 }
-
-std::string ms_text(double ms) { return report::format_ms(ms); }
 
 std::string tables(const Measured& m, std::size_t objects, std::size_t frames) {
   const double total = median(m.total);
@@ -155,7 +164,14 @@ int run(const Arguments& arguments) {
   if (objects < 1 || objects > max_box_count - 1) {
     throw Failure(fmt::format("--objects: found {}, wanted 1 to {}", objects, max_box_count - 1));
   }
-  scenes::check_outputs({{"-o", arguments.picture}});
+  const std::string& animation = arguments.animation;
+  if (!animation.empty() &&
+      (animation.size() <= 4 || animation.compare(animation.size() - 4, 4, ".svg") != 0)) {
+    throw Failure(fmt::format(
+        "--animate: found '{}', wanted a name that ends in .svg, the only format of films",
+        animation));
+  }
+  scenes::check_outputs({{"-o", arguments.picture}, {"--animate", animation}});
   std::unique_ptr<FallingBoxes> heap;
   try {
     heap = std::make_unique<FallingBoxes>(static_cast<std::size_t>(objects));
@@ -168,11 +184,20 @@ int run(const Arguments& arguments) {
   Options options;
   options.threads = arguments.threads;
   Finder finder(options);
-  const Measured measured = run_frames(*heap, arguments, finder);
+  Film film(heap->objects(), arguments.frames);
+  const Measured measured =
+      run_frames(*heap, arguments, finder, animation.empty() ? nullptr : &film);
   print(tables(measured, heap->objects(), arguments.frames));
   finish_output();
   draw(*heap, finder, measured, arguments.picture);
   print(fmt::format("The picture is in {}\n", arguments.picture));
+  if (!animation.empty()) {
+    const std::string svg = film.svg(fmt::format("{} boxes fall on a plane, cut in the middle",
+                                                 report::format_count(heap->objects())));
+    report::write_text(animation, svg);
+    print(fmt::format("The film is in {} ({})\n", animation,
+                      report::format_bytes(static_cast<double>(svg.size()))));
+  }
   return exit_done;
 }
 
@@ -191,6 +216,9 @@ Run add_demo(CLI::App& program) {
   add_threads(app, arguments->threads);
   app.add_option("-o,--output", arguments->picture, "the picture (throng-demo.png)")
       ->type_name("PICTURE.png");
+  app.add_option("--animate", arguments->animation,
+                 "also write a film of the boxes in the middle, an animated SVG that loops")
+      ->type_name("FILM.svg");
   return [arguments] { return run(*arguments); };
 }
 

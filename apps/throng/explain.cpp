@@ -22,10 +22,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 const char* help_text =
-    R"(Searches the boxes as `throng pairs` does, once cold and once warmed, on the CPU. Reports the chosen algorithm
-and the reason, the boxes by size and their cells, the tests per pair, the ten largest boxes, the ten densest
-cells, the memory by part, and suggestions to make it faster. For a file of several frames it explains the
-last one.
+    R"(Searches the boxes as `throng pairs` does, once cold and once warmed, on the CPU. Prints the times, the
+method and the reason for it, the number of tests, the memory, bars of the boxes by size and of the cells by
+number of boxes, the largest boxes if sizes differ much, the cells with the most boxes, and what would make it
+faster. For a file of several frames it explains the last one.
 
 Examples:
   throng explain boxes.npy
@@ -102,8 +102,12 @@ std::string advice_text(const Explanation& e) {
   return text;
 }
 
+constexpr int text_width = 78;  // of the bars
+
 std::string to_text(const Explanation& e) {
   std::string text = report::explanation_summary(e).text() + "\n";
+  for (const report::Bars& bars : report::explanation_histograms(e))
+    text += report::bar_text(bars, text_width) + "\n";
   for (const report::Table& table : report::explanation_details(e)) text += table.text() + "\n";
   return text + advice_text(e);
 }
@@ -144,7 +148,8 @@ Run add_explain(CLI::App& program) {
   app.footer(help_text);
   add_input_arguments(app, arguments->input);
   add_search_arguments(app, arguments->search, AutoBackend::cpu_only);
-  app.add_option("--html", arguments->html, "also write an HTML page")->type_name("PAGE.html");
+  app.add_option("--html", arguments->html, "also write an HTML page with bar plots")
+      ->type_name("PAGE.html");
   app.add_flag("--json", arguments->json, "print one JSON object");
   return [arguments] { return run(*arguments); };
 }

@@ -46,6 +46,7 @@ FallingBoxes::FallingBoxes(std::size_t objects)
   // A column, three times as high as wide.
   const auto wide = static_cast<std::size_t>(
       std::max(1.0, std::ceil(std::cbrt(static_cast<double>(objects) / 3.0))));
+  middle_row_ = wide % 2 == 0 ? 0.5f * pitch : 0.0f;
   for (std::size_t i = 0; i < objects; ++i) {
     const std::size_t grid_position[3] = {i % wide, i / wide % wide, i / wide / wide};
     for (int axis = 0; axis < 3; ++axis) {

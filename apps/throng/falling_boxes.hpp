@@ -28,6 +28,9 @@ class FallingBoxes {
   // The objects, then the plane: an infinite box below z = 0.
   const std::vector<Box>& boxes() const noexcept { return boxes_; }
 
+  // The y coordinate of the middle row of objects at the start.
+  float middle_row() const noexcept { return middle_row_; }
+
   // Advances all objects by one frame.
   void fall();
   // Pushes overlapping boxes apart. The result does not depend on the order of the pairs: pushes
@@ -42,6 +45,7 @@ class FallingBoxes {
   void place(std::size_t i);
 
   std::size_t objects_;
+  float middle_row_ = 0;
   std::vector<Vec3> centre_, before_, velocity_;
   std::vector<Push> pushes_;
   std::vector<Box> boxes_;

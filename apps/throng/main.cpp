@@ -136,6 +136,10 @@ int dispatch(int argc, char** argv) {
       throw Failure(fmt::format("found no command '{}', wanted one of: {}", argv[1], commands));
     }
   }
+  if (argc == 1) {
+    print(app.help());
+    return exit_done;
+  }
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
     refuse_empty(*command);
   try {

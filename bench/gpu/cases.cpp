@@ -39,7 +39,7 @@ std::vector<Case> cases_of(const std::string& part, std::size_t most) {
     const auto add = [&](const SceneChoice& s, std::size_t n) {
       all.push_back({"scenes", s.label, s.name, s.density, n, 2, false});
     };
-    // Worlds first: 8192 of 64 boxes each. Then the scenes that have goals.
+    // Worlds first: 8192 of 64 boxes each. Then the other scenes.
     add(find_scene("worlds"), 8192 * 64);
     for (const char* name : {"pile", "mixed", "clusters"})
       for (const std::size_t n : {100 * K, M, 10 * M}) add(find_scene(name), n);

@@ -161,7 +161,6 @@ int run(Arguments a) {
     guarded(c.experiment + ": " + c.label + ", " + std::to_string(c.objects),
             [&] { c.experiment == "stages" ? measure_stages(c, s) : measure_search(c, s); });
   }
-  std::printf("%s\n", goals(s.measurements).text().c_str());
   return report_wrong(s, s.expected != nullptr);
 }
 

@@ -35,8 +35,6 @@ struct Measurement {
 report::Table table(const std::string& title, const std::vector<Measurement>& measurements);
 // One row per metric, of the schema that all subcommands share.
 std::vector<Row> rows(const std::vector<Measurement>& measurements);
-// The goals of an H200 for which there are measurements.
-report::Table goals(const std::vector<Measurement>& measurements);
 
 // Number and checksum of the pairs of a frame.
 struct Answer {

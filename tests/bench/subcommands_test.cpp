@@ -164,6 +164,30 @@ INSTANTIATE_TEST_SUITE_P(
         Lines{"bodies", "--max-objects", "1000", "--rounds", "2"}),
     [](const auto& each) { return each.param[0]; });
 
+TEST(Search, PrintsASummaryAndDetailsOnRequest) {
+  const Lines arguments = {"--scene",  "uniform", "--objects",  "500,1000",
+                           "--rounds", "1",       "--no-memory"};
+  const auto text_of = [](const Output& output) {
+    std::string text;
+    for (const std::string& line : output.lines) text += line + "\n";
+    return text;
+  };
+  const Output summary = run(arguments);
+  EXPECT_EQ(summary.status, 0);
+  EXPECT_LE(summary.lines.size(), 12u) << text_of(summary);
+  const std::string text = text_of(summary);
+  for (const char* words :
+       {"best other", "factor", "uniform    500", "uniform     1K", "--details"})
+    EXPECT_NE(text.find(words), std::string::npos) << words << "\n" << text;
+  for (const char* words : {"floor", "goal", "checksum"})
+    EXPECT_EQ(text.find(words), std::string::npos) << words << "\n" << text;
+  Lines more = arguments;
+  more.push_back("--details");
+  const std::string details = text_of(run(more));
+  for (const char* words : {"Machine", "checksum", "Throng, sorted", "best other"})
+    EXPECT_NE(details.find(words), std::string::npos) << words << "\n" << details;
+}
+
 TEST(Commands, SearchIsTheDefault) {
   const Output help = run({"--help"});
   ASSERT_EQ(help.status, 0);
@@ -173,7 +197,10 @@ TEST(Commands, SearchIsTheDefault) {
       return line.rfind(std::string("  ") + name + " ", 0) == 0;
     };
     EXPECT_TRUE(std::any_of(help.lines.begin(), help.lines.end(), names)) << name;
-    EXPECT_EQ(run({name, "--help"}).status, 0) << name;
+    const Output options = run({name, "--help"});
+    EXPECT_EQ(options.status, 0) << name;
+    for (const std::string& line : options.lines)
+      EXPECT_EQ(line.find("{false}"), std::string::npos) << line;
     EXPECT_EQ(run({name, "--nothing"}).status, 2) << name;
   }
   const Output output = run({"--scene", "nothing"});

@@ -33,7 +33,7 @@ while [ "$#" -gt 0 ]; do
   if [ "$1" = --part ]; then part="$2"; fi
   shift
 done
-echo "goal: 0.1 reached"'
+echo "measured"'
   program throng 'exit 0'
   echo 'scene,objects,frame,pairs,checksum' > "$bin/answers.csv"
   echo 'abc1234-dirty' > "$bin/stamp"

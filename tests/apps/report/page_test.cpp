@@ -63,6 +63,37 @@ TEST(Plot, DrawsAnEmptyPlot) {
   EXPECT_NE(svg.find("</svg>"), std::string::npos);
 }
 
+Bars three_bars() {
+  return {"sizes & more", "size", "boxes", {{"1 to 2", 1000}, {"<4", 1}, {"none", 0}}};
+}
+
+TEST(Bars, AreAsTallAsTheirValues) {
+  const std::string svg = three_bars().svg();
+  EXPECT_EQ(occurrences(svg, "data-bar="), 3u);
+  EXPECT_NE(svg.find("data-bar=\"&lt;4\""), std::string::npos);
+  EXPECT_NE(svg.find("sizes &amp; more"), std::string::npos);
+  EXPECT_NE(svg.find(">1,000</text>"), std::string::npos) << "the value";
+  double heights[3] = {};
+  std::size_t at = 0;
+  for (double& height : heights) {
+    at = svg.find("height=", svg.find("data-bar=", at));
+    ASSERT_EQ(std::sscanf(svg.c_str() + at, "height=\"%lf\"", &height), 1);
+  }
+  EXPECT_GT(heights[0], 100);
+  EXPECT_NEAR(heights[1], heights[0] / 1000, 0.06);
+  EXPECT_EQ(heights[2], 0);
+  EXPECT_NE(Bars{}.svg().find("</svg>"), std::string::npos) << "no bars";
+}
+
+TEST(Bars, TextIsAlignedAndFits) {
+  EXPECT_EQ(bar_text(three_bars(), 27),
+            "sizes & more\n"
+            "  size  boxes\n"
+            "1 to 2  1,000  ############\n"
+            "    <4      1  #\n"
+            "  none      0\n");
+}
+
 TEST(Page, IsSelfContained) {
   Page page("Results <1>");
   page.heading("One & two");

@@ -39,6 +39,13 @@ TEST(Table, TextAlignsNumbersRightAndWordsLeft) {
             "long name  1,000\n");
 }
 
+TEST(Table, HasNoHeaderWithoutNames) {
+  Table t("facts", {"", " "});
+  t.add_row({"boxes", "7"});
+  EXPECT_EQ(t.text(), "facts\n--------\nboxes  7\n");
+  EXPECT_EQ(t.html().find("<th"), t.html().find("<thead>")) << t.html();
+}
+
 TEST(Table, HtmlEscapes) {
   Table t("a < b & c", {"<script>"});
   t.add_row({"\"quoted\" 'x'"});

@@ -132,7 +132,6 @@ TEST_F(BadInput, options) {
   EXPECT_EQ(run({"pairs", at("good.npy"), "--repeat", "1e1", "--threads", "1"}).status, 0);
   refuses({"pairs"}, {"A"});
   refuses({"juggle"}, {"juggle"});
-  refuses({}, {});
   refuses({"--foo"}, {"throng: found '--foo', wanted --help, --version or a command: demo, pairs"});
   refuses({"scene", "volcano", "--objects", "10", "-o", at("x.npy")}, {"volcano", "uniform"});
   refuses({"scene", "uniform", "--objects", "many", "-o", at("x.npy")}, {"many"});

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
+#include <regex>
 #include <thread>
 
 namespace throng::test {
@@ -21,6 +23,10 @@ TEST_F(Commands, help_and_version) {
     EXPECT_EQ(output.status, 0);
     EXPECT_NE(output.out.find("Examples:"), std::string::npos) << output.out;
   }
+  const ProcessOutput alone = run({});
+  EXPECT_EQ(alone.status, 0);
+  EXPECT_EQ(alone.out, run({"--help"}).out);
+  EXPECT_EQ(alone.err, "");
   const ProcessOutput version = run({"--version"});
   EXPECT_EQ(version.status, 0);
   EXPECT_EQ(version.out.rfind("throng ", 0), 0u) << version.out;
@@ -115,6 +121,39 @@ TEST_F(Commands, demo_ends_with_a_table_and_a_picture) {
   // Reported before the work, not after it.
   refuses({"demo", "--objects", "1M", "--frames", "100000", "-o", at("no/heap.png")},
           {"no/heap.png"});
+}
+
+TEST_F(Commands, demo_writes_a_film) {
+  const auto films = [&](const char* objects, const char* frames) {
+    const ProcessOutput output = run({"demo", "--objects", objects, "--frames", frames, "-o",
+                                      at("heap.png"), "--animate", at("film.svg")});
+    EXPECT_EQ(output.status, 0) << output.err;
+    EXPECT_NE(output.out.find("film.svg"), std::string::npos) << output.out;
+    return slurp(at("film.svg"));
+  };
+  const auto occurrences = [](const std::string& text, const std::string& what) {
+    std::size_t count = 0;
+    for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
+    return count;
+  };
+  const std::string film = films("300", "30");
+  EXPECT_EQ(occurrences(film, "repeatCount=\"indefinite\""), 30u) << "a picture per frame";
+  EXPECT_EQ(occurrences(film, "display=\"none\""), 29u) << "the last shows without animation";
+  EXPECT_NE(film.find("frame 30: "), std::string::npos);
+  EXPECT_EQ(film.substr(film.size() - 7), "</svg>\n");
+  // A column of 5 x 5 x 12 boxes: the middle row has 5 x 12 of them.
+  const std::string first = film.substr(0, film.find("frame 2: "));
+  const std::regex square("v[0-9]+");
+  EXPECT_EQ(std::distance(std::sregex_iterator(first.begin(), first.end(), square),
+                          std::sregex_iterator()),
+            60);
+  EXPECT_LT(film.size(), 60000u);
+  EXPECT_EQ(occurrences(films("2", "400"), "repeatCount="), 120u) << "at most so many pictures";
+  EXPECT_EQ(occurrences(films("1", "1"), "<text"), 2u + 7 + 1);
+  refuses({"demo", "--objects", "10", "--animate", at("film.mp4")}, {"film.mp4", ".svg"});
+  refuses({"demo", "--objects", "10", "--animate", at("no/film.svg")}, {"no/film.svg"});
+  refuses({"demo", "--objects", "10", "-o", at("one.svg"), "--animate", at("one.svg")},
+          {"one.svg"});
 }
 
 // A fake benchmark program prints its arguments.

@@ -28,13 +28,23 @@ TEST_F(Explain, TextJsonAndPageAgree) {
       run({"explain", at("m.npy"), "--html", at("page.html"), "--threads", "1"});
   EXPECT_EQ(output.status, 0) << output.err;
   for (const char* words :
-       {"What was done", "The largest boxes", "The densest cells", "tests per pair", "Memory"}) {
+       {"The search", "Boxes by size", "#####", "Cells by number of boxes", "The largest boxes",
+        "The cells with the most boxes", "tests per pair"}) {
     EXPECT_NE(output.out.find(words), std::string::npos) << words;
   }
   const std::string page = slurp(at("page.html"));
-  for (const char* words : {"The densest cells", "How full the cells are", "</svg>", "</html>"}) {
+  for (const char* words : {"The cells with the most boxes", "Cells by number of boxes",
+                            "data-bar=\"1024 to 2048\"", "</svg>", "</html>"}) {
     EXPECT_NE(page.find(words), std::string::npos) << words;
   }
+}
+
+TEST_F(Explain, ListsTheLargestBoxesOnlyIfSizesDiffer) {
+  ASSERT_EQ(run({"scene", "pile", "--objects", "1K", "-o", at("p.npy")}).status, 0);
+  const ProcessOutput output = run({"explain", at("p.npy")});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_EQ(output.out.find("The largest boxes"), std::string::npos) << output.out;
+  EXPECT_EQ(json({"explain", at("p.npy")})["largest"].size(), 10u);
 }
 
 TEST_F(Explain, RefusesBadInput) {
