@@ -22,8 +22,8 @@ constexpr double most_squares = 200000;  // of all pictures: the file has about 
 constexpr struct {
   float least;
   const char* words;
-} classes[] = {{0, "0"},      {1, "1"},       {2, "2, 3"}, {4, "4, 5"},
-               {6, "6 to 8"}, {9, "9 to 12"}, {13, "more"}};
+} classes[] = {{0, "0"},       {1, "1, 2"},      {3, "3 to 5"}, {6, "6 to 8"},
+               {9, "9 to 12"}, {13, "13 to 18"}, {19, "more"}};
 constexpr int class_count = 7;
 
 std::uint8_t class_of(float touches) {
