@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Times libraries of PyPI on triangle meshes beside throng.mesh.
+"""Times libraries of PyPI and throng.mesh on triangle meshes.
 
     pip install numpy meshlib open3d python-fcl ipctk   # open3d needs libusb-1.0-0 and libgl1
     bench/mesh_libraries.py --csv FILE --machine NAME --commit HASH

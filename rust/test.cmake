@@ -14,6 +14,10 @@ set(ENV{RUSTFLAGS} "-D warnings")
 set(ENV{RUSTDOCFLAGS} "-D warnings")
 # A shared library is not copied into programs.
 set(ENV{LD_LIBRARY_PATH} "${prefix}/${LIBDIR}:$ENV{LD_LIBRARY_PATH}")
+# throng.pc does not name the folder of the CUDA runtime.
+if(CUDA_FOLDER)
+  set(ENV{LIBRARY_PATH} "${CUDA_FOLDER}:$ENV{LIBRARY_PATH}")
+endif()
 set(offline --offline --locked --manifest-path ${CRATE}/Cargo.toml)
 execute_process(COMMAND ${CARGO} test ${offline} COMMAND_ERROR_IS_FATAL ANY)
 

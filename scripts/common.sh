@@ -4,7 +4,7 @@
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 cd "$root" || exit
 
-jobs="${THRONG_JOBS:-$(nproc)}"
+jobs="${THRONG_JOBS:-$(nproc 2> /dev/null || getconf _NPROCESSORS_ONLN)}"  # macOS has no nproc
 # Warnings are errors only where the project chooses the compilers; a user's newer one may have more warnings.
 werror="${THRONG_WERROR:-OFF}"
 

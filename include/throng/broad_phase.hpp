@@ -76,18 +76,18 @@ struct SweepTest {
       std::enable_if_t<std::is_invocable_r_v<double, F&, std::uint32_t, ObjectId, double>, int> = 0>
   SweepTest(F&& f) noexcept  // NOLINT(google-explicit-constructor): a function reference
       : when([](void* callable, std::uint32_t sweep, ObjectId object, double time) -> double {
-          return (*static_cast<std::remove_reference_t<F>*>(callable))(sweep, object, time);
+          return (*reinterpret_cast<std::remove_reference_t<F>*>(callable))(sweep, object, time);
         }),
-        context(const_cast<void*>(static_cast<const void*>(&f))) {
+        context(const_cast<void*>(reinterpret_cast<const void*>(&f))) {
     static_assert(!std::is_same_v<std::invoke_result_t<F&, std::uint32_t, ObjectId, double>, bool>,
                   "a test returns the time of the hit; a filter takes only the ObjectId");
   }
   template <class F, std::enable_if_t<std::is_invocable_r_v<bool, F&, ObjectId>, long> = 0>
   SweepTest(F&& f) noexcept  // NOLINT(google-explicit-constructor): a function reference
       : when([](void* callable, std::uint32_t, ObjectId object, double time) -> double {
-          return (*static_cast<std::remove_reference_t<F>*>(callable))(object) ? time : 2;
+          return (*reinterpret_cast<std::remove_reference_t<F>*>(callable))(object) ? time : 2;
         }),
-        context(const_cast<void*>(static_cast<const void*>(&f))) {}
+        context(const_cast<void*>(reinterpret_cast<const void*>(&f))) {}
 };
 // A reference to a callable bool(ObjectId): whether a query may report the object. Without one, all
 // are. The callable must outlive the call, be deterministic and not throw. It may call const
@@ -104,9 +104,9 @@ class ObjectFilter {
                                       int> = 0>
   ObjectFilter(F&& f) noexcept  // NOLINT(google-explicit-constructor): a function reference
       : function_([](void* context, ObjectId object) -> bool {
-          return (*static_cast<std::remove_reference_t<F>*>(context))(object);
+          return (*reinterpret_cast<std::remove_reference_t<F>*>(context))(object);
         }),
-        context_(const_cast<void*>(static_cast<const void*>(&f))) {}
+        context_(const_cast<void*>(reinterpret_cast<const void*>(&f))) {}
 
   explicit operator bool() const noexcept { return function_ != nullptr; }
   bool operator()(ObjectId object) const { return !function_ || function_(context_, object); }

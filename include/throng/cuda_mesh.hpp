@@ -49,7 +49,7 @@ class THRONG_API MeshFinder {
   // triangle, 83 above 3.5 million; with sorted order 16 bytes more for each of `pairs`. A mesh
   // whose vertices must be converted, as it has a transform or is one of two of which only one has
   // floats, takes 24 bytes for each of its vertices: `converted_vertices` in all. Synchronizes with
-  // the stream. Beside this, CUDA keeps 3 KB of local memory per resident thread.
+  // the stream. In addition, CUDA keeps 3 KB of local memory per resident thread.
   Result reserve(std::size_t triangles, std::size_t pairs, Stream stream,
                  std::size_t converted_vertices = 0) noexcept;
 

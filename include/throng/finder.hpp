@@ -29,9 +29,9 @@ class Consumer {
   template <class F, class = std::enable_if_t<!std::is_same<std::decay_t<F>, Consumer>::value>>
   Consumer(F&& f) noexcept  // NOLINT(google-explicit-constructor): a function reference
       : function_([](void* context, const Pair* pairs, std::size_t count) -> bool {
-          return (*static_cast<std::remove_reference_t<F>*>(context))(pairs, count);
+          return (*reinterpret_cast<std::remove_reference_t<F>*>(context))(pairs, count);
         }),
-        context_(const_cast<void*>(static_cast<const void*>(&f))) {}
+        context_(const_cast<void*>(reinterpret_cast<const void*>(&f))) {}
 
   bool operator()(const Pair* pairs, std::size_t count) const {
     return function_(context_, pairs, count);

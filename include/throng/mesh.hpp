@@ -91,7 +91,7 @@ class TriangleMesh {
   Filters filters;
 };
 
-// Beside the Result of a search of boxes. Result::first_invalid is the index of a triangle.
+// Adds to the Result of a search of boxes. Result::first_invalid is the index of a triangle.
 struct [[nodiscard]] MeshResult : Result {
   std::uint64_t candidates = 0;   // pairs of triangles whose boxes overlap, each tested once
   std::uint64_t exact_tests = 0;  // candidates that floating-point arithmetic could not decide

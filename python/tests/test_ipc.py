@@ -1,4 +1,4 @@
-"""throng.ipc beside the broad phases of ipctk, on the same moving meshes; skipped without ipctk."""
+"""throng.ipc compared with the broad phases of ipctk, on the same moving meshes; skipped without ipctk."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,7 +11,7 @@ ipctk = pytest.importorskip("ipctk", reason="ipctk is not installed")
 import throng.ipc  # noqa: E402: after the check above
 
 KINDS = ["vertex_vertex", "edge_vertex", "edge_edge", "face_vertex", "edge_face", "face_face"]
-# Those that an ordinary step asks for are rounded outward to float32.
+# Those that an ordinary step needs are rounded outward to float32.
 ROUNDED = {3: ["edge_edge", "face_vertex"], 2: ["edge_vertex"]}
 IDS = {
     "vertex_vertex": ("vertex0_id", "vertex1_id"),

@@ -6,14 +6,14 @@ detection.
     >>> throng.find_pairs(boxes)
     array([[0, 1]], dtype=uint32)
 
-A box is closed and float32: lower x, y, z, upper x, y, z, in world units. Two boxes overlap when on
+A box is closed: lower x, y, z, upper x, y, z, float32 or float64, in world units. Two boxes overlap when on
 every axis ``a.lower <= b.upper`` and ``b.lower <= a.upper``: touching counts. find_pairs refuses a
 box with ``lower > upper`` on some axis; with ``inverted='inactive'``, and by default in a Finder and
 a BroadPhase, it is an empty slot that overlaps nothing. A NaN is refused, or makes its box inactive
 with ``nan='inactive'``.
 
-The pairs are those of the double loop over the given floats, for every algorithm, number of threads
-and instruction set; with ``round='exact'`` over the given float64.
+The pairs are those of the double loop over the given numbers, for every algorithm, number of threads
+and instruction set. A BroadPhase keeps float32: it rounds float64 outward.
 
 throng.mesh: intersecting triangles of meshes. throng.ipc: a broad phase for ipctk.
 """

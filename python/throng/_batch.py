@@ -51,7 +51,7 @@ def flattened(boxes: Any, name: str) -> tuple[Any, Batch | None]:
     shape = _shape(boxes)
     of_rows = len(shape) == 3 and shape[2] in (4, 6)
     of_corners = len(shape) == 4 and shape[2] == 2 and shape[3] in (2, 3)
-    # On a GPU no values are made: the module names the remedy.
+    # On a GPU no values are made: the message of the module says what to do.
     if not (of_rows or of_corners) or not _is_on_host(boxes):
         return boxes, None
     return _reshaped(boxes, shape[2:]), Batch(*shape[:2])

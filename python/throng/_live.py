@@ -342,8 +342,9 @@ class BroadPhase:
 class BroadPhaseQuery:
     """Queries of a BroadPhase with options of their own: other threads, results or rules for NaN.
 
-    One thread at a time; a call during another one raises RuntimeError. The options are those of
-    BroadPhase.
+    One thread at a time; a call during another one raises RuntimeError.
+
+    nan, inverted, threads, isa, result, dtype: as for BroadPhase.
     """
 
     def __init__(

@@ -45,7 +45,7 @@ bool valid_ray(const Vec3& origin, const Vec3& direction, double max_distance, c
   return true;
 }
 
-// What decides whether an object counts, besides its box and its filter values.
+// What decides whether an object counts, in addition to its box and its filter values.
 struct RayTest {
   const base::Ray& ray;
   const ObjectFilter& filter;

@@ -1,4 +1,4 @@
-// A search for intersecting triangles: what it does besides the search of boxes.
+// A search for intersecting triangles: what it adds to the search of boxes.
 //
 // A Device provides, in addition to what device/engine.hpp lists,
 //   mesh_bytes(mesh), copy_mesh(mesh, to)  size of a device copy of a mesh, and the copy itself
@@ -39,7 +39,7 @@ struct MeshLayout {
   }
 };
 
-// Device memory of a search besides that of the boxes' search, carved from one block.
+// Device memory of a search in addition to that of the boxes, carved from one block.
 struct MeshWorkspace {
   MeshState* state = nullptr;
   MeshReport* report = nullptr;

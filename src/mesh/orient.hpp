@@ -58,7 +58,7 @@ constexpr double orient3d_relative_error = 9 * 0x1p-53;
 constexpr double orient2d_relative_error = 5 * 0x1p-53;
 constexpr double orient_underflow_guard = 0x1p-1000;
 
-// The magnitudes for which expansions are exact, besides 0. Then all coordinates and differences
+// The magnitudes for which expansions are exact, apart from 0. Then all coordinates and differences
 // are on the grid of 2^-352, products of two on that of 2^-704, of three on that of 2^-1056, which
 // is above 2^-1074. The largest sum is below 6 * 2^903, and factors are below 2^604.
 constexpr double expansion_min = 0x1p-300;

@@ -6,7 +6,7 @@
 //    compact and convex, so it has an extreme point. A point inside of both triangles is not
 //    extreme: near it, the intersection is a segment or an area around it. A triangle without area
 //    is the union of its edges.
-// 2. If all points in question lie in one plane, sets of them meet if and only if their projections
+// 2. If all points lie in one plane, sets of them meet if and only if their projections
 //    along each of the three axes meet: one of the three is injective on the plane.
 // 3. If two triangles share vertex p and have another common point y, then some common point other
 //    than p lies on the edge opposite of p in one of them: follow the ray from p through y to where

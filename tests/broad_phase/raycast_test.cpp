@@ -1,4 +1,4 @@
-// BroadPhase::raycast against a loop over all objects, and filters by lambdas.
+// BroadPhase::raycast against a loop over all objects, and filters by lambdas and functions.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -634,7 +634,10 @@ TEST(Raycast, Memory) {
   EXPECT_EQ(memory.allocations(), allocations);
 }
 
-// ---- filters by lambdas, of batches ----
+// ---- filters by lambdas and functions, of batches ----
+
+bool is_third(ObjectId id) { return id % 3 == 0; }
+double at_once(std::uint32_t, ObjectId, double) { return 0; }
 
 TEST(ObjectFilter, Overlaps) {
   Actor actor({}, 6, 14);
@@ -660,9 +663,11 @@ TEST(ObjectFilter, Overlaps) {
     EXPECT_EQ(to_vector(actor.broad_phase.overlaps()), want);
     EXPECT_EQ(calls, all);
     EXPECT_LT(want.size(), all);
-    r = query.find_overlaps(actor.broad_phase, view, third);
-    ASSERT_TRUE(Model::check_query(r, want.size()));
-    EXPECT_EQ(to_vector(query.overlaps()), want);
+    for (const ObjectFilter& filter : {ObjectFilter(third), ObjectFilter(is_third)}) {
+      r = query.find_overlaps(actor.broad_phase, view, filter);
+      ASSERT_TRUE(Model::check_query(r, want.size()));
+      EXPECT_EQ(to_vector(query.overlaps()), want);
+    }
   }
 }
 
@@ -676,6 +681,10 @@ TEST(ObjectFilter, Hits) {
   const SweepTest filter = third;
   EXPECT_EQ(filter.when(filter.context, 0, 3, 0.25), 0.25);
   EXPECT_GT(filter.when(filter.context, 0, 4, 0.25), 1);
+  const SweepTest by_name = is_third, test = at_once;
+  EXPECT_EQ(by_name.when(by_name.context, 0, 3, 0.25), 0.25);
+  EXPECT_GT(by_name.when(by_name.context, 0, 4, 0.25), 1);
+  EXPECT_EQ(test.when(test.context, 0, 4, 0.25), 0);
   ASSERT_TRUE(same_hits(actor.broad_phase, actor.model, q.sweeps, q.filters, filter));
   ASSERT_TRUE(same_hits(client, actor.model, q.sweeps, q.filters, filter));
   double latest = 0;

@@ -48,6 +48,20 @@ void expect_collected(const Result& result, const Collector& taken, const Config
   expect_pairs(result, config, answer, taken.pairs, 0);
 }
 
+std::size_t passed_to_function = 0;
+bool count_passed(const Pair*, std::size_t count) {
+  passed_to_function += count;
+  return true;
+}
+
+TEST_P(Consume, AFunctionByItsName) {
+  Finder finder(options());
+  passed_to_function = 0;
+  const Result result = finder.consume(identical_boxes(50, 2), count_passed);
+  ASSERT_TRUE(result.ok()) << result.message;
+  EXPECT_EQ(passed_to_function, 50u * 49 / 2);
+}
+
 TEST_P(Consume, BlocksMakeUpThePairs) {
   static std::vector<Answer> answers;  // shared by all configurations
   std::size_t next = 0;

@@ -1,4 +1,4 @@
-# What is missing or does not fit is named in one message with its remedy. Each case configures the sources; nothing is built.
+# What is missing or does not fit is named in one message that says what to do. Each case configures the sources; nothing is built.
 cmake_minimum_required(VERSION 3.25)
 file(REMOVE_RECURSE "${WORK}")
 set(library -DCMAKE_BUILD_TYPE=Release -DTHRONG_BUILD_CLI=OFF -DTHRONG_BUILD_TESTS=OFF -DTHRONG_BUILD_BENCH=OFF)
@@ -55,7 +55,7 @@ else()
   message(STATUS "not tried: a big-endian target (needs clang++)")
 endif()
 
-# Without Highway the scalar kernels are built, with a warning unless they were asked for.
+# Without Highway the scalar kernels are built, with a warning unless the options choose them.
 set(std ${library} -DCMAKE_CXX_COMPILER=${CXX} -DTHRONG_THREADS=std)
 configure(no_highway ${ROOT} ${std} -DCMAKE_DISABLE_FIND_PACKAGE_hwy=ON)
 if(failed OR NOT said MATCHES "CMake Warning .*5 to 14 times as long.*apt install libhwy-dev.*THRONG_HIGHWAY=OFF")

@@ -11,7 +11,7 @@ if(programs)
 endif()
 execute_process(COMMAND ${CMAKE_COMMAND} -DBUILD=${WORK}/build -DPREFIX=${WORK}/prefix -DCONFIG=Release
                         -P ${CMAKE_CURRENT_LIST_DIR}/install.cmake COMMAND_ERROR_IS_FATAL ANY)
-# Nothing but the library itself is asked of a user.
+# Nothing but the library itself is required of a user.
 file(READ "${WORK}/prefix/${LIBDIR}/cmake/throng/throng-config.cmake" config)
 file(READ "${WORK}/prefix/${LIBDIR}/pkgconfig/throng.pc" pc)
 if(config MATCHES "\n(find_dependency|throng_require)\\(" OR pc MATCHES "Requires.private: *[a-z]")

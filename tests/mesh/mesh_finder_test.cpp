@@ -398,7 +398,7 @@ TEST(MeshFinder, FindsAllPairsOfMeshesThatOverlapALittle) {
   }
 }
 
-// Also where the search starts again with more room for pairs.
+// Also where the search starts again with more space for pairs.
 TEST(MeshFinder, CandidatesCountOnce) {
   const std::vector<DoubleVec3> v = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const std::vector<Triangle> equal(700, Triangle{0, 1, 2});
