@@ -42,9 +42,11 @@ impl Collisions {
         Ok(())
     }
 
-    /// The names stay until `step` has reported the pairs that end.
+    /// The id keeps its name until another entity gets it: `step` reports the pairs that end.
     fn despawn(&mut self, entity: Entity) -> Result<(), Error> {
-        self.objects.remove(&[self.names.object_of[&entity]])
+        self.objects.remove(&[self.names.object_of[&entity]])?;
+        self.names.object_of.remove(&entity);
+        Ok(())
     }
 
     /// Moves entities, and returns the events of this frame.
