@@ -165,6 +165,8 @@ void write(const std::string& path, Image image, const PictureStyle& style,
 
 }  // namespace
 
+bool can_write_png() noexcept { return true; }
+
 void write_png(const std::string& path, Image image, const PictureStyle& style, float lowest,
                float highest) {
   write(path, std::move(image), style,

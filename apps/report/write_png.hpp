@@ -21,6 +21,9 @@ struct ColourKey {
   std::string text;
 };
 
+// Whether this build has Cairo. If not, write_png() throws.
+bool can_write_png() noexcept;
+
 // The legend spans lowest .. highest. Throws std::runtime_error that names the file.
 void write_png(const std::string& path, Image image, const PictureStyle& style, float lowest,
                float highest);

@@ -6,4 +6,4 @@ set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L /usr/aarch64-linux-gnu)
 # Libraries of the host cannot be used: no oneTBB (THRONG_THREADS=std); Highway as headers only.
 set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
-set(hwy_DIR "${CMAKE_CURRENT_LIST_DIR}/highway-headers")
+set(hwy_DIR "${CMAKE_CURRENT_LIST_DIR}/host-headers")

@@ -171,10 +171,10 @@ void give_advice(Explanation& e, const Options& options) {
   for (const Explanation::LargeBox& large : e.largest) in_large += large.cells;
   if (e.boxes > 1000 && static_cast<double>(in_large) > 0.2 * static_cast<double>(e.entries)) {
     advise(e,
-           "the %zu largest boxes are %.0f %% of all cell entries: if they need not pair "
+           "the %llu largest boxes are %.0f %% of all cell entries: if they need not pair "
            "with each other, "
            "mark them static or give them as a second set",
-           e.largest.size(), 100 * static_cast<double>(in_large) / static_cast<double>(e.entries));
+           static_cast<unsigned long long>(e.largest.size()), 100 * static_cast<double>(in_large) / static_cast<double>(e.entries));
   }
   if (!e.densest.empty() && e.occupied > 16) {
     const double mean = static_cast<double>(e.entries) / static_cast<double>(e.occupied);

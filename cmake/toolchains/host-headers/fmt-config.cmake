@@ -1,0 +1,5 @@
+include("${CMAKE_CURRENT_LIST_DIR}/host_headers.cmake")
+throng_host_headers(fmt fmt fmt::fmt)
+if(TARGET fmt::fmt)
+  target_compile_definitions(fmt::fmt INTERFACE FMT_HEADER_ONLY)
+endif()
