@@ -22,7 +22,7 @@ extern "C" void on_interrupt(int signal) {
   std::signal(signal, SIG_DFL);  // the second signal kills
 }
 
-void set_write_signal_handlers(void (*what)(int)) {
+void set_write_signal_handlers([[maybe_unused]] void (*what)(int)) {
 #ifdef SIGPIPE
   std::signal(SIGPIPE, what);
 #endif

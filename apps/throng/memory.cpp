@@ -7,7 +7,9 @@
 #if defined(__linux__)
 #include <malloc.h>
 #elif defined(_WIN32)
+#ifndef NOMINMAX
 #define NOMINMAX
+#endif
 #include <windows.h>
 // after windows.h
 #include <psapi.h>

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -13,15 +12,14 @@
 
 #include "apps/scenes/capture.hpp"
 #include "apps/scenes/npy.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace throng::tests {
 
 class CaptureTest : public testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "throng-capture-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
+    folder_ = make_temporary_folder("throng-capture").string();
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 

@@ -1,8 +1,6 @@
 // Boxes in files, searched in slabs under a cap and in memory at once.
 #pragma once
 
-#include <stdlib.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -20,6 +18,7 @@
 #include "apps/scenes/npy.hpp"
 #include "apps/scenes/scene.hpp"
 #include "apps/stream/stream.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace throng::test {
 
@@ -67,9 +66,7 @@ inline Set scene_set(const std::string& name, std::size_t n, double density = 0,
 class StreamTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "throng-stream-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
+    folder_ = tests::make_temporary_folder("throng-stream");
   }
   void TearDown() override {
     std::error_code error;

@@ -18,6 +18,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "support/temporary_folder.hpp"
+
 namespace throng::test {
 
 namespace fs = std::filesystem;
@@ -46,9 +48,7 @@ struct Limits {
 class CliTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "throng-cli-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
+    folder_ = tests::make_temporary_folder("throng-cli");
   }
   void TearDown() override {
     std::error_code error;
