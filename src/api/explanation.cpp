@@ -174,7 +174,8 @@ void give_advice(Explanation& e, const Options& options) {
            "the %llu largest boxes are %.0f %% of all cell entries: if they need not pair "
            "with each other, "
            "mark them static or give them as a second set",
-           static_cast<unsigned long long>(e.largest.size()), 100 * static_cast<double>(in_large) / static_cast<double>(e.entries));
+           static_cast<unsigned long long>(e.largest.size()),
+           100 * static_cast<double>(in_large) / static_cast<double>(e.entries));
   }
   if (!e.densest.empty() && e.occupied > 16) {
     const double mean = static_cast<double>(e.entries) / static_cast<double>(e.occupied);

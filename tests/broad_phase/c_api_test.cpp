@@ -5,6 +5,7 @@
 #include <random>
 
 #include "broad_phase/c_api_fixture.hpp"
+#include "support/aligned_memory.hpp"
 
 namespace throng::tests {
 namespace {
@@ -259,11 +260,11 @@ TEST_F(CBroadPhase, UsesTheCallersMemory) {
   throng_options_init(&options);
   options.allocate = [](void*, size_t bytes, size_t alignment) -> void* {
     held += bytes;
-    return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    return allocate_aligned(bytes, alignment);
   };
   options.deallocate = [](void*, void* p, size_t bytes, size_t) {
     held -= bytes;
-    std::free(p);
+    free_aligned(p);
   };
   options.run = [](void*, unsigned n, void (*task)(void*, unsigned), void* context) {
     for (unsigned i = 0; i < n; ++i) task(context, i);

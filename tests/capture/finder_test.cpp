@@ -1,6 +1,8 @@
 // The content of a Finder's capture: each form, each filter, each bit; and the result if it cannot
 // be written.
+#ifndef _WIN32
 #include <sys/resource.h>
+#endif
 
 #include <csignal>
 #include <cstring>
@@ -175,6 +177,7 @@ TEST_F(FinderCapture, CannotBeWritten) {
   EXPECT_EQ(last_bytes(), "mine");
 }
 
+#ifndef _WIN32
 // A file system that fails in the middle of each write in turn: the result is correct, the message
 // reports it, and no partial file is left.
 TEST_F(FinderCapture, AFullDisk) {
@@ -200,6 +203,7 @@ TEST_F(FinderCapture, AFullDisk) {
   }
   std::signal(SIGXFSZ, old);
 }
+#endif
 
 // Calls within the same microsecond: no file is lost or overwritten.
 TEST_F(FinderCapture, ManyThreadsAtOnce) {

@@ -18,9 +18,7 @@ namespace throng::tests {
 
 class CaptureTest : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = make_temporary_folder("throng-capture").string();
-  }
+  void SetUp() override { folder_ = make_temporary_folder("throng-capture").string(); }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   Options options() const {

@@ -12,6 +12,7 @@
 
 #include <throng/version.hpp>
 
+#include "support/aligned_memory.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
 
@@ -301,7 +302,7 @@ TEST_F(CApi, CallersMemoryAndThreads) {
   options_.allocate = [](void* self, size_t bytes, size_t alignment) -> void* {
     Host& h = *static_cast<Host*>(self);
     if (h.held + bytes > h.limit) return nullptr;
-    void* p = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    void* p = allocate_aligned(bytes, alignment);
     h.blocks[p] = bytes;
     h.held += bytes;
     return p;
@@ -311,7 +312,7 @@ TEST_F(CApi, CallersMemoryAndThreads) {
     EXPECT_EQ(h.blocks[p], bytes);
     h.blocks.erase(p);
     h.held -= bytes;
-    std::free(p);
+    free_aligned(p);
   };
   options_.concurrency = 2;
   options_.run = [](void* self, unsigned count, void (*task)(void*, unsigned), void* context) {

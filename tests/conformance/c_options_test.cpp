@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "support/aligned_memory.hpp"
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
 #include "support/reference.hpp"
@@ -31,7 +32,7 @@ struct Host {
   static void* allocate(void* self, size_t bytes, size_t alignment) {
     Host& h = *static_cast<Host*>(self);
     if (h.held + bytes > h.limit) return nullptr;
-    void* const p = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    void* const p = allocate_aligned(bytes, alignment);
     h.blocks[p] = bytes;
     h.held += bytes;
     h.peak = std::max(h.peak, h.held);
@@ -43,7 +44,7 @@ struct Host {
     EXPECT_EQ(h.blocks[p], bytes);
     h.blocks.erase(p);
     h.held -= bytes;
-    std::free(p);
+    free_aligned(p);
   }
   static void run(void* self, unsigned count, void (*task)(void*, unsigned), void* context) {
     Host& h = *static_cast<Host*>(self);

@@ -15,6 +15,7 @@
 #include <throng/mesh.hpp>
 
 #include "mesh/mesh_cases.hpp"
+#include "support/aligned_memory.hpp"
 
 namespace throng::tests {
 namespace {
@@ -64,11 +65,11 @@ struct CallersMemory {
     CallersMemory& m = *static_cast<CallersMemory*>(self);
     if (m.held + bytes > m.limit) return nullptr;
     m.held += bytes;
-    return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    return allocate_aligned(bytes, alignment);
   }
   static void deallocate(void* self, void* p, size_t bytes, size_t) {
     static_cast<CallersMemory*>(self)->held -= bytes;
-    std::free(p);
+    free_aligned(p);
   }
 };
 

@@ -3,11 +3,12 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdlib>
 #include <limits>
 #include <memory_resource>
 #include <mutex>
 #include <new>
+
+#include "support/aligned_memory.hpp"
 
 namespace throng::tests {
 
@@ -23,9 +24,7 @@ class CountingResource : public std::pmr::memory_resource {
   void* do_allocate(std::size_t bytes, std::size_t alignment) override {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (bytes > limit_ || held_ > limit_ - bytes) throw std::bad_alloc();
-    const std::size_t step = std::max(alignment, alignof(std::max_align_t));
-    void* memory =
-        std::aligned_alloc(step, (std::max<std::size_t>(bytes, 1) + step - 1) / step * step);
+    void* memory = allocate_aligned(bytes, alignment);
     if (!memory) throw std::bad_alloc();
     held_ += bytes;
     peak_ = std::max(peak_, held_);
@@ -35,7 +34,7 @@ class CountingResource : public std::pmr::memory_resource {
   void do_deallocate(void* memory, std::size_t bytes, std::size_t) override {
     const std::lock_guard<std::mutex> lock(mutex_);
     held_ -= bytes;
-    std::free(memory);
+    free_aligned(memory);
   }
   bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override {
     return this == &other;

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "support/aligned_memory.hpp"
 #include "support/sanitized.hpp"
 
 namespace throng::tests {
@@ -76,8 +77,8 @@ void* operator new(std::size_t bytes) {
 }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
   throng::tests::count();
-  const auto step = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(step, (bytes + step) / step * step)) return memory;
+  if (void* memory = throng::tests::allocate_aligned(bytes, static_cast<std::size_t>(alignment)))
+    return memory;
   throw std::bad_alloc();
 }
 // Required by the standard; sanitizers have their own version, whose memory must not reach free().
@@ -87,6 +88,10 @@ void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
 }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept {
+  throng::tests::free_aligned(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  throng::tests::free_aligned(memory);
+}
 #endif

@@ -1,6 +1,8 @@
 // Reading .npy: what is accepted, what is refused, and the messages.
 #include <gtest/gtest.h>
+#ifndef _WIN32
 #include <sys/stat.h>
+#endif
 
 #include <algorithm>
 #include <cmath>
@@ -294,12 +296,14 @@ TEST(ReadBoxes, NoFileToRead) {
   const std::string error_text = complaint([&] { read_boxes(missing); });
   EXPECT_NE(error_text.find(missing + ": found no file"), std::string::npos) << error_text;
   EXPECT_NE(complaint([&] { read_boxes(folder / "."); }).find("a directory"), std::string::npos);
+  EXPECT_NE(complaint([&] { read_boxes(""); }), "");
+#ifndef _WIN32
   EXPECT_NE(complaint([&] { read_boxes("/dev/null"); }).find("a device"), std::string::npos);
   const std::string pipe = folder / "pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_NE(complaint([&] { read_boxes(pipe); }).find("a pipe"),
             std::string::npos);  // does not block
-  EXPECT_NE(complaint([&] { read_boxes(""); }), "");
+#endif
 }
 
 TEST(ReadFilters, AnyIntegerTypeThatFits) {

@@ -1,6 +1,8 @@
 // Checks of output files before writing.
 #include <gtest/gtest.h>
+#ifndef _WIN32
 #include <sys/stat.h>
+#endif
 
 #include "apps/scenes/npy.hpp"
 #include "apps/scenes/output_file.hpp"
@@ -46,6 +48,7 @@ TEST(Outputs, AreWritable) {
   refuses({{"-o", folder / "file/a"}}, {}, "");
 }
 
+#ifndef _WIN32
 // Opening a pipe would wait for its reader.
 TEST(Outputs, PipesAreNotOpened) {
   const Folder folder;
@@ -54,6 +57,7 @@ TEST(Outputs, PipesAreNotOpened) {
   check_outputs({{"-o", pipe}, {"--csv", "/dev/null"}, {"--html", "/dev/null"}});
   EXPECT_EQ(output_target(pipe), "");
 }
+#endif
 
 }  // namespace
 }  // namespace throng::scenes

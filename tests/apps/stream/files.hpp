@@ -65,9 +65,7 @@ inline Set scene_set(const std::string& name, std::size_t n, double density = 0,
 // A temporary folder per test; temporary files go there, too.
 class StreamTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = tests::make_temporary_folder("throng-stream");
-  }
+  void SetUp() override { folder_ = tests::make_temporary_folder("throng-stream"); }
   void TearDown() override {
     std::error_code error;
     fs::remove_all(folder_, error);

@@ -47,9 +47,7 @@ struct Limits {
 // A temporary folder per test.
 class CliTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = tests::make_temporary_folder("throng-cli");
-  }
+  void SetUp() override { folder_ = tests::make_temporary_folder("throng-cli"); }
   void TearDown() override {
     std::error_code error;
     fs::permissions(folder_, fs::perms::owner_all, error);
