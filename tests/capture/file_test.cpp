@@ -145,7 +145,7 @@ TEST_F(CaptureFile, EveryCallOfABroadPhase) {
     const auto filter = [](ObjectId id) { return id % 2 == 0; };
     ASSERT_TRUE(live.find_overlaps(boxes, filter).ok());
     ASSERT_TRUE(live.find_hits(&sweep, 1, SweepHits::first, {}, filter).ok());
-    ASSERT_TRUE(live.raycast(boxes[0].lower, {1, 0, 0}).has_value());
+    ASSERT_TRUE(live.raycast(live.box(ids[0]).lower, {1, 0, 0}).has_value());
     ASSERT_TRUE(live.move_all(boxes).ok());
     ASSERT_EQ(files().size(), 1u);
     const scenes::Capture c = last();
