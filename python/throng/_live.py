@@ -58,7 +58,8 @@ class _Results:
         if self.result == "same":
             one = boxes[0] if isinstance(boxes, tuple) and boxes else boxes
             is_array = hasattr(one, "__dlpack__") and hasattr(one, "__getitem__")
-            self.boxes = one[:0, ...] if is_array else ()
+            # For NumPy nothing is kept: a view would keep the memory of all boxes.
+            self.boxes = one[:0, ...] if is_array and not isinstance(one, numpy.ndarray) else ()
 
     def array(self, found: NDArray[numpy.uint32], boxes: Any = None) -> Any:
         """As an array of the library of `boxes`, or of those given last."""
