@@ -12,8 +12,7 @@
 #include "base/threads.hpp"
 #include "capture/log.hpp"
 #include "cuda/backend.hpp"
-#include "device/engine.hpp"
-#include "device/host_device.hpp"
+#include "device/emulated.hpp"
 #include "explanation.hpp"
 #include "finder_access.hpp"
 #include "grid/engine.hpp"
@@ -92,11 +91,11 @@ struct Finder::State {
     r.plan.backend = Backend::emulated;
     r.plan.isa = Isa::scalar;
     r.plan.threads = base::threads_of(options);
-    emulated.device().begin(base::executor_of(options), r.plan.threads, options.stop);
     cpu.memory().set_cap(0);  // the pairs may be stored there; the pipeline enforces the cap
     try {
-      run_unless_stopped(
-          options, [&] { emulated.find(a, b, options, cpu.memory().held(), output, consumer, r); });
+      run_unless_stopped(options, [&] {
+        device::find_emulated(emulated, a, b, options, cpu.memory().held(), output, consumer, r);
+      });
     } catch (const device::Failure& failure) {
       explain_failure(r, failure, if_no_memory(consumer));
     }
@@ -135,7 +134,7 @@ struct Finder::State {
 
   std::pmr::memory_resource* resource;
   grid::Engine cpu;
-  device::Engine<device::HostDevice> emulated;
+  device::EmulatedEngine emulated;
   std::unique_ptr<cuda::Engine> gpu;
   bool delivered = false;  // the consumer was given pairs before the GPU failed
   BackendChooser backend_chooser;

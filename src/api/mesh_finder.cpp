@@ -12,9 +12,7 @@
 #include "base/large_pages.hpp"
 #include "base/threads.hpp"
 #include "cuda/backend.hpp"
-#include "device/engine.hpp"
-#include "device/host_device.hpp"
-#include "device/mesh_job.hpp"
+#include "device/emulated.hpp"
 #include "mesh/engine.hpp"
 #include "validate.hpp"
 #include "validate_mesh.hpp"
@@ -64,7 +62,7 @@ struct MeshFinder::State {
 
   std::pmr::memory_resource* resource;
   mesh::MeshEngine engine;
-  device::Engine<device::HostDevice> emulated;
+  device::EmulatedEngine emulated;
   std::unique_ptr<cuda::MeshEngine> gpu;
   mesh::MeshDefects defects;  // of the last call
   bool defects_in_second = false;
@@ -73,11 +71,10 @@ struct MeshFinder::State {
   void find_emulated(const mesh::MeshCall& call, const Options& options, base::Output* output,
                      const Consumer* consumer, MeshResult& r) {
     r.plan.threads = base::threads_of(options);
-    emulated.device().begin(base::executor_of(options), r.plan.threads, options.stop);
-    device::MeshJob<device::HostDevice> job(*call.a, call.b, options, r);
-    emulated.find(job, options, engine.search().memory().held(), output, consumer, r);
-    defects = job.defects();
-    defects_in_second = job.defects_in_second();
+    const device::EmulatedDefects found = device::find_emulated(
+        emulated, *call.a, call.b, options, engine.search().memory().held(), output, consumer, r);
+    defects = found.defects;
+    defects_in_second = found.in_second;
   }
   void find_on_gpu(const mesh::MeshCall& call, const Options& options, base::Output* output,
                    const Consumer* consumer, MeshResult& r) {

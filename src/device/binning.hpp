@@ -158,7 +158,7 @@ struct CountFirsts {
 
   THRONG_HD void operator()(std::uint64_t i) const noexcept {
     if (i >= search.count()) return;
-    Pair pair;
+    Pair pair{};
     for (auto walk = search.begin(i); !walk.over();)
       if (walk.step(pair)) fetch_add(counts + pair.first, 1u);
   }
