@@ -8,7 +8,7 @@ import tokenize
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
-C_SUFFIXES = {".c", ".h", ".cpp", ".hpp", ".cu", ".cuh", ".rs"}
+C_SUFFIXES = {".c", ".h", ".cpp", ".hpp", ".cu", ".cuh", ".rs", ".wgsl"}
 HASH_SUFFIXES = {".cmake", ".sh", ".txt", ".toml", ".yml", ".yaml", ".in"}
 
 
