@@ -169,12 +169,12 @@ class GpuFinder:
     @property
     def max_boxes(self) -> int:
         """The most boxes that the device's limits allow."""
-        return min(_LARGEST_COUNT, self._max_bytes // 32)
+        return int(min(_LARGEST_COUNT, self._max_bytes // 32))
 
     @property
     def max_pairs(self) -> int:
         """The most pairs that the device's limits allow in one buffer."""
-        return min(2**32 - 1, self._max_bytes // 8)
+        return int(min(2**32 - 1, self._max_bytes // 8))
 
     def find(self, boxes: Any, *, group: Any = None, mask: Any = None) -> NDArray[numpy.uint32]:
         """All pairs of overlapping boxes, (m, 2) uint32, first < second, each pair once.
@@ -480,7 +480,7 @@ def _default_device(wgpu: Any) -> Any:
     return adapter.request_device_sync()
 
 
-def _choice(name: str, value: Any, wanted: tuple[str, ...]) -> Any:
+def _choice(name: str, value: Any, wanted: tuple[str, ...]) -> str:
     if isinstance(value, str) and value in wanted:
         return value
     kind = ValueError if isinstance(value, str) else TypeError

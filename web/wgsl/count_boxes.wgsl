@@ -26,7 +26,7 @@ fn count_boxes(@builtin(workgroup_id) workgroup: vec3<u32>,
   let cell = row_start(size_class, at.y, at.z) + at.x;
   places[index] = vec2(cell, atomicAdd(&table[cell], 1u));
   // Nearly always set: a load costs less than an addition that all boxes contend for.
-  if (atomicLoad(&report.occupied) >> size_class & 1u) == 0u {
+  if ((atomicLoad(&report.occupied) >> size_class) & 1u) == 0u {
     atomicOr(&report.occupied, 1u << size_class);
   }
 }

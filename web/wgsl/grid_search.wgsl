@@ -10,10 +10,9 @@
 @group(0) @binding(6) var<storage, read_write> report: Report;
 @group(0) @binding(7) var<storage, read_write> firsts: array<atomic<u32>>;  // see sort_pairs.wgsl
 
-// Of a thread in a round: the first bounds the hits that wait, the second the time that others
-// wait.
-const hits_at_once = hits_per_round / 64u;
-const comparisons_at_once = 64u;
+// Of a thread in a round: the hits that it holds, and the comparisons that others wait for.
+const max_hits = 8u;
+const max_comparisons = 64u;
 
 var<private> own: Record;
 var<private> own_index: u32;
@@ -30,6 +29,7 @@ var<private> in_own_row: bool;
 var<private> at: u32;          // the records of a row that are left
 var<private> end: u32;
 var<private> mark: u32;        // of that row
+var<private> held: array<u32, max_hits>;
 
 fn select_class(c: u32, is_own: bool) {
   let shift = grid.classes[c].shift.xyz;
@@ -68,7 +68,7 @@ fn advance(occupied: u32) {
     if z <= z_last {
       next_row();
     } else {
-      let later = occupied >> size_class >> 1u;
+      let later = (occupied >> size_class) >> 1u;
       size_class = select(size_class + 1u + countTrailingZeros(later), max_size_classes, later == 0u);
       if later != 0u { select_class(size_class, false); }
     }
@@ -90,7 +90,6 @@ fn grid_search(@builtin(workgroup_id) workgroup: vec3<u32>,
   if lane == 0u { atomicStore(&some_continue, 0u); }
   begin_output(lane);
   let is_hashed = grid.hashed != 0u;
-  var compared = 0u;
   size_class = max_size_classes;
   if own_index < count {
     own = records[own_index];
@@ -99,25 +98,27 @@ fn grid_search(@builtin(workgroup_id) workgroup: vec3<u32>,
     advance(occupied);
   }
   loop {
-    var found = 0u;
-    for (var k = 0u; k < comparisons_at_once; k++) {
-      if at >= end || found == hits_at_once { break; }
+    var hits = 0u;
+    var compared = 0u;
+    while at < end && hits < max_hits && compared < max_comparisons {
       let other = records[at];
       compared++;
       at++;
-      if overlaps(own, other) && (!is_hashed || other.upper.w == mark) {
-        add_hit(own.lower.w, other.lower.w);
-        found++;
+      if overlaps(own, other) && (!is_hashed || other.upper.w == mark) &&
+         are_allowed(own.lower.w, other.lower.w) {
+        held[hits] = other.lower.w;
+        hits++;
       }
       advance(occupied);
     }
     if at < end { atomicStore(&some_continue, 1u); }
-    reserve_hits(lane);
+    let place = end_round(lane, hits, compared);
+    for (var k = 0u; k < hits; k++) { write_pair(place + k, own.lower.w, held[k]); }
     if lane == 0u {
       shared_continue = atomicLoad(&some_continue);
       atomicStore(&some_continue, 0u);
     }
     if workgroupUniformLoad(&shared_continue) == 0u { break; }
   }
-  finish_output(lane, compared);
+  report_comparisons(lane);
 }

@@ -127,7 +127,7 @@ fn count_exponents(lane: u32) {
   for (var axis = 0u; axis < 3u; axis++) {
     for (var k = 0u; k < 2u; k++) {
       let key = select(lower_keys[axis][lane], upper_keys[axis][lane], k == 1u);
-      let exponent = bits_of_key(key) >> 23u & 255u;
+      let exponent = (bits_of_key(key) >> 23u) & 255u;
       if exponent < 231u { atomicAdd(&histogram[axis * 256u + exponent], 1u); }
     }
   }
@@ -351,7 +351,7 @@ fn bounded_class(is_rods: bool, c: u32) -> vec4<u32> {
     var axes = 7u;
     if c == 0u { axes = 0u; } else if c <= 6u { axes = some_axes(c - 1u); }
     let more = select(0u, 2u * (c - 7u), c > 7u);
-    for (var k = 0u; k < 3u; k++) { shift[k] = select(0u, doublings + more, (axes >> k & 1u) != 0u); }
+    for (var k = 0u; k < 3u; k++) { shift[k] = select(0u, doublings + more, ((axes >> k) & 1u) != 0u); }
   }
   shift = min(shift, vec3(22u));
   let count = class_cells(vec4(shift, 0u));
@@ -388,7 +388,7 @@ fn class_shift(is_rods: bool, c: u32) -> vec4<u32> {
       if left == 0u { axes = these; }
       left--;
     }
-    for (var k = 0u; k < 3u; k++) { shift[k] = select(doublings, 22u, (axes >> k & 1u) != 0u); }
+    for (var k = 0u; k < 3u; k++) { shift[k] = select(doublings, 22u, ((axes >> k) & 1u) != 0u); }
     shift.w = select(0u, 1u, axes == 0u);
   }
   if shift.w != 0u || c + 1u == max_size_classes || all(class_cells(shift) == vec3(1u)) { return one_cell; }

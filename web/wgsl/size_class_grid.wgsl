@@ -3,10 +3,10 @@
 // Requires ordered_keys.wgsl, and in the step's file: grid.
 //
 // One function per axis maps a key to the index of a cell of the finest class; it is
-// non-decreasing, as each of its steps is: fixed_point() or position_among_knots(), the clamp, the product
-// with a scale that is not negative, the shift, min. Keys have the order of the floats, so the
-// function is non-decreasing in them. It has no operation in floats: each step of the search, on
-// any device, computes the same cell.
+// non-decreasing, as each of its steps is: fixed_point() or position_among_knots(), the clamp, the
+// product with a scale that is not negative, the shift, min. Keys have the order of the floats, so
+// the function is non-decreasing in them. It has no operation in floats: each step of the search,
+// on any device, computes the same cell.
 //
 // A size class c has larger cells: on axis k, 2^shift of the finest; call its index c(x). A box
 // belongs to the first class in whose grid it spans at most two cells on every axis, c(upper) <=
@@ -22,8 +22,8 @@
 // Of two boxes in different classes, the box of the earlier class searches for the other. Within
 // one class, the box whose cell comes first in the order z, y, x searches; within one cell, the box
 // stored first. A box visits each cell once, and a cell holds a box once: each pair is reported
-// once. If rows are hashed, boxes of other rows may be stored among those of a row; a record has the
-// mark of its row, and those with another mark are left out.
+// once. If rows are hashed, boxes of other rows may be stored among those of a row; a record has
+// the mark of its row, and those with another mark are left out.
 
 const max_size_classes = 12u;
 const max_knots = 32u;
@@ -62,7 +62,7 @@ struct SizeClassGrid {
 // float that needs a greater one is at least 2^31 units, infinity too.
 fn fixed_point(key: u32, exponent: i32) -> i32 {
   let bits = bits_of_key(key);
-  let biased = bits >> 23u & 255u;
+  let biased = (bits >> 23u) & 255u;
   let mantissa = (bits & 0x7fffffu) | select(0u, 0x800000u, biased > 0u);
   let shift = i32(max(biased, 1u)) - 150 - exponent;
   var magnitude = 0u;
@@ -96,7 +96,7 @@ fn position_among_knots(axis: u32, key: u32) -> u32 {
   }
   let knot = grid.knots[first + span];
   let part = multiply_high((key - knot.begin) << knot.shift, knot.scale);
-  return span << 20u | min(part, 0xfffffu);
+  return (span << 20u) | min(part, 0xfffffu);
 }
 
 fn cell_of(axis: u32, key: u32) -> u32 {
@@ -154,5 +154,5 @@ fn row_start(size_class: u32, y: u32, z: u32) -> u32 {
 
 // Distinguishes the rows of a hashed grid: 4 bits, and 13 bits each.
 fn row_mark(size_class: u32, y: u32, z: u32) -> u32 {
-  return size_class << 26u | (z & 0x1fffu) << 13u | (y & 0x1fffu);
+  return (size_class << 26u) | ((z & 0x1fffu) << 13u) | (y & 0x1fffu);
 }

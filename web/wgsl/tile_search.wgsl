@@ -1,5 +1,6 @@
 // Brute force over pairs of tiles of 64 boxes, one pair of tiles per workgroup. A thread has one
-// box of the row's tile, and all go through the boxes of the column's tile together.
+// box of the row's tile, and all go through the boxes of the column's tile together. As in the
+// paper a pair is one bit; the bits stay in registers.
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> filters: array<vec2<u32>>;
@@ -9,9 +10,6 @@
 @group(0) @binding(5) var<storage, read_write> firsts: array<atomic<u32>>;  // see sort_pairs.wgsl
 
 const tile_side = 64u;
-// Of a round.
-const columns_at_once = hits_per_round / tile_side;
-
 var<workgroup> tile: array<Record, tile_side>;
 
 @compute @workgroup_size(64)
@@ -33,16 +31,20 @@ fn tile_search(@builtin(workgroup_id) workgroup: vec3<u32>,
   // On the diagonal only boxes after the own one.
   let begin = select(0u, lane + 1u, row == column);
   let end = min(tile_side, count - column * tile_side);
-  var compared = 0u;
-  for (var first = 0u; first < tile_side; first += columns_at_once) {
-    for (var j = max(first, begin); j < min(first + columns_at_once, end); j++) {
-      let other = tile[j];
-      compared++;
-      if overlaps(own, other) { add_hit(own.lower.w, other.lower.w); }
-    }
-    reserve_hits(lane);
+  var bits = vec2(0u);
+  for (var j = begin; j < end; j++) {
+    let other = tile[j];
+    if overlaps(own, other) && are_allowed(own.lower.w, other.lower.w) { bits[j / 32u] |= 1u << (j % 32u); }
   }
-  // A thread without a box has compared nothing that counts.
-  if row * tile_side + lane >= count { compared = 0u; }
-  finish_output(lane, compared);
+  let has_box = row * tile_side + lane < count;
+  let compared = select(0u, max(end, begin) - begin, has_box);
+  let hits = countOneBits(bits.x) + countOneBits(bits.y);
+  var place = end_round(lane, hits, compared);
+  for (var half = 0u; half < 2u; half++) {
+    for (var left = bits[half]; left != 0u; left &= left - 1u) {
+      write_pair(place, own.lower.w, tile[half * 32u + countTrailingZeros(left)].lower.w);
+      place++;
+    }
+  }
+  report_comparisons(lane);
 }
