@@ -1,6 +1,6 @@
-# Refuses targets that the library does not support: 32 bits (counts of pairs exceed a size_t), and big-endian ones (keys and
-# files take little-endian words).
-if(CMAKE_SIZEOF_VOID_P EQUAL 4)
+# Refuses targets that the library does not support: 32 bits except WebAssembly, which alone is tested, and big-endian ones (keys
+# and files take little-endian words).
+if(CMAKE_SIZEOF_VOID_P EQUAL 4 AND NOT CMAKE_SYSTEM_PROCESSOR STREQUAL "wasm32")
   message(FATAL_ERROR "Throng needs a 64-bit target, but ${CMAKE_CXX_COMPILER} compiles for 32 bits. Remove -m32, or choose a "
                       "64-bit compiler with CMAKE_CXX_COMPILER.")
 endif()

@@ -43,6 +43,7 @@ enum class Isa : std::uint8_t {
   avx2,
   avx512,  // the subset of Ice Lake, Zen 4 and later
   neon,
+  wasm,  // WebAssembly, 128 bits
 };
 
 enum class NanPolicy : std::uint8_t {

@@ -22,7 +22,7 @@
 #include <throng/export.h>
 
 /* Incremented when a struct gains a field at its end, or a function or constant is added. */
-#define THRONG_C_VERSION 9
+#define THRONG_C_VERSION 10
 
 #ifdef __cplusplus
 extern "C" {
@@ -73,7 +73,8 @@ enum {
   THRONG_ISA_SSE4,
   THRONG_ISA_AVX2,
   THRONG_ISA_AVX512,
-  THRONG_ISA_NEON
+  THRONG_ISA_NEON,
+  THRONG_ISA_WASM
 };
 
 /* One value per box; data NULL: absent. */

@@ -88,6 +88,8 @@ choices! {
         Avx512 = 4 "THRONG_ISA_AVX512",
         /// Arm NEON.
         Neon = 5 "THRONG_ISA_NEON",
+        /// WebAssembly, 128 bits.
+        Wasm = 6 "THRONG_ISA_WASM",
     }
 }
 

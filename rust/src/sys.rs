@@ -7,7 +7,7 @@ use std::ffi::{c_char, c_double, c_float, c_int, c_uint, c_void};
 use crate::{Box3, LivePair, Pair, RayHit, Sweep, SweepHit};
 
 /// The version of the header that these declarations follow.
-pub const THRONG_C_VERSION: c_uint = 9;
+pub const THRONG_C_VERSION: c_uint = 10;
 
 /// Declares a struct with the fields of the C struct. The list of fields serves the test, too.
 macro_rules! structs {

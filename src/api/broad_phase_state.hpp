@@ -6,14 +6,13 @@
 
 #include <atomic>
 #include <functional>
-#include <mutex>
-#include <thread>
 #include <utility>
 
 #include <throng/find_pairs.hpp>
 #include <throng/large_pages.hpp>
 
 #include "base/float_state.hpp"
+#include "base/mutex.hpp"
 #include "capture/log.hpp"
 #include "inverted_boxes.hpp"
 #include "shared_guard.hpp"
@@ -110,8 +109,7 @@ struct BroadPhaseAccess {
     const base::FloatState float_state;
     Result r;
     BroadPhase::State* const state = state_of(it);
-    const auto reader =
-        static_cast<unsigned>(std::hash<std::thread::id>()(std::this_thread::get_id()));
+    const unsigned reader = base::this_thread_number();
     if (state && !state->guard.try_lock_shared(reader)) {
       set_message(r, "another thread is in a call on this BroadPhase; retry when it has returned");
       r.status = Status::busy;
@@ -140,8 +138,8 @@ struct BroadPhaseAccess {
     }
     std::pmr::memory_resource* memory = options.memory;
     if (!memory) memory = large_pages();
-    static std::mutex making;
-    const std::lock_guard<std::mutex> lock(making);
+    static base::Mutex making;
+    const std::lock_guard<base::Mutex> lock(making);
     if (shared.load(std::memory_order_acquire)) return true;
     void* storage = allocate_state(*memory, sizeof(State), alignof(State), r);
     if (!storage) return false;

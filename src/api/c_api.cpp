@@ -50,7 +50,8 @@ static_assert(THRONG_ALGORITHM_GRID == static_cast<int>(Algorithm::grid) &&
               THRONG_ISA_SSE4 == static_cast<int>(Isa::sse4) &&
               THRONG_ISA_AVX2 == static_cast<int>(Isa::avx2) &&
               THRONG_ISA_AVX512 == static_cast<int>(Isa::avx512) &&
-              THRONG_ISA_NEON == static_cast<int>(Isa::neon));
+              THRONG_ISA_NEON == static_cast<int>(Isa::neon) &&
+              THRONG_ISA_WASM == static_cast<int>(Isa::wasm));
 static_assert(sizeof(throng_box) == sizeof(Box) && sizeof(throng_pair) == sizeof(Pair) &&
               alignof(throng_pair) == alignof(Pair));
 static_assert(sizeof(throng_shape) == sizeof(Shape) &&

@@ -125,7 +125,7 @@ class Handle {
     choose(given.backend, THRONG_BACKEND_EMULATED, options_.backend, "backend");
     choose(given.nan, THRONG_NAN_INACTIVE, options_.nan, "nan");
     choose(given.inverted, THRONG_INVERTED_INACTIVE, options_.inverted, "inverted");
-    choose(given.isa, THRONG_ISA_NEON, options_.isa, "isa");
+    choose(given.isa, THRONG_ISA_WASM, options_.isa, "isa");
     choose(given.struct_bytes == 0, 0, nothing, "struct_bytes missing");
     choose(!given.allocate != !given.deallocate, 0, nothing, "one of allocate, deallocate missing");
     options_.margin = given.margin;

@@ -1,13 +1,13 @@
 // describe_intersections: its arguments, errors and threads.
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <new>
 
 #include <throng/throng.hpp>
 
 #include "base/cancellation.hpp"
 #include "base/float_state.hpp"
+#include "base/mutex.hpp"
 #include "base/threads.hpp"
 #include "mesh/describe.hpp"
 #include "mesh/transform.hpp"
@@ -69,13 +69,13 @@ class Description {
     base::Cancellation stop(options.stop);
     const unsigned tasks = base::threads_of(options);
     base::ChunkQueue chunks(count_, tasks, 64);
-    std::mutex mutex;
+    base::Mutex mutex;
     auto task = [&](unsigned t) {
       std::size_t first_bad = count_;
       for (std::size_t begin, end; !stop() && chunks.take(t, begin, end);)
         for (std::size_t i = begin; i < end; ++i)
           if (!describe(pairs_[i], out[i])) first_bad = std::min(first_bad, i);
-      const std::lock_guard<std::mutex> lock(mutex);
+      const std::lock_guard<base::Mutex> lock(mutex);
       first_bad_ = std::min(first_bad_, first_bad);
     };
     base::run_tasks(base::executor_of(options), tasks, task);

@@ -5,18 +5,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory_resource>
-#include <mutex>
 #include <new>
 #include <utility>
+
+#include "base/mutex.hpp"
 
 namespace throng::base {
 
 // Thrown inside the library only; the API layer turns them into a Status.
+// Sizes are 64-bit: a request may exceed a 32-bit address space.
 struct AllocationFailed {
-  std::size_t bytes;  // size of the failed request
+  std::uint64_t bytes;  // size of the failed request
 };
 struct CapExceeded {
-  std::size_t bytes_needed;  // the cap that would have let this request through
+  std::uint64_t bytes_needed;  // the cap that would have let this request through
 };
 
 // Counts what is held and serializes calls to the upstream resource, which need not be thread-safe.
@@ -47,7 +49,7 @@ class Memory {
 
  private:
   std::pmr::memory_resource* upstream_;
-  std::mutex mutex_;
+  Mutex mutex_;
   std::atomic<std::size_t> held_;  // written under the mutex, read by any thread
   std::size_t cap_ = 0;
 };

@@ -1,7 +1,9 @@
 #include "base/parallel_region.hpp"
 
+#if !defined(THRONG_THREADS_NONE)
 #include <chrono>
 #include <thread>
+#endif
 
 #if defined(__SSE2__) || defined(_M_X64)
 #include <emmintrin.h>
@@ -10,6 +12,12 @@
 namespace throng::base {
 namespace {
 
+#if defined(THRONG_THREADS_NONE)
+// Tasks run one after the other, so none waits for another.
+struct Backoff {
+  void operator()() noexcept {}
+};
+#else
 // Back-off: spins, yields, then sleeps. Most waits are short; a long one should give up
 // the core.
 class Backoff {
@@ -32,6 +40,7 @@ class Backoff {
   static constexpr unsigned spins = 256, yields = 1024;
   unsigned turns_ = 0;
 };
+#endif
 
 }  // namespace
 

@@ -41,7 +41,7 @@ class PerThread {
 // have ended.
 template <class F>
 void run_tasks_or_throw(const Executor& executor, unsigned tasks, const F& body) {
-  std::atomic<std::size_t> failed{0};
+  std::atomic<std::uint64_t> failed{0};
   auto task = [&](unsigned t) {
     try {
       body(t);

@@ -8,7 +8,7 @@
 
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
-#else
+#elif !defined(THRONG_THREADS_NONE)
 #include <thread>
 #include <vector>
 #endif
@@ -39,6 +39,11 @@ void run_default(void*, unsigned count, void (*task)(void*, unsigned), void* con
   }
   while (take()) {
   }
+}
+#elif defined(THRONG_THREADS_NONE)
+unsigned hardware_threads() noexcept { return 1; }
+void run_default(void*, unsigned count, void (*task)(void*, unsigned), void* context) {
+  for (unsigned i = 0; i < count; ++i) task(context, i);
 }
 #else
 unsigned hardware_threads() noexcept {

@@ -10,7 +10,8 @@
 
 namespace throng::base {
 
-// oneTBB, or std::thread if the build says so. Starts nothing before its first use.
+// oneTBB, or std::thread or the caller alone if the build says so. Starts nothing before its first
+// use.
 const Executor& default_executor() noexcept;
 
 // Maximum number of tasks of a search.

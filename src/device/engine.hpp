@@ -130,10 +130,7 @@ class Engine {
   }
 
   static void grow(base::Output& output, std::uint64_t count) {
-    const auto pairs = static_cast<std::size_t>(count);
-    output.data = output.grow(output.context, pairs);
-    if (!output.data) throw Failure{Status::out_of_memory, pairs * sizeof(Pair)};
-    output.capacity = pairs;
+    if (!output.grow_to(count)) throw Failure{Status::out_of_memory, count * sizeof(Pair)};
   }
 
   template <class Job>

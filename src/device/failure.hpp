@@ -2,7 +2,7 @@
 // message.
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 
 #include <throng/options.hpp>
 
@@ -10,7 +10,7 @@ namespace throng::device {
 
 struct Failure {
   Status status;
-  std::size_t bytes = 0;       // requested in vain, or needed
+  std::uint64_t bytes = 0;     // requested in vain, or needed
   const char* text = nullptr;  // the device's own message
   const char* what = nullptr;  // the array that it concerns
 };

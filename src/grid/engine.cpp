@@ -192,10 +192,7 @@ void Engine::find_into(Call& call, Output& output) {
       call.result.status = Status::buffer_too_small;
       return;
     }
-    output.data = output.grow(output.context, static_cast<std::size_t>(sink.found()));
-    if (!output.data)
-      throw base::AllocationFailed{static_cast<std::size_t>(sink.found()) * sizeof(Pair)};
-    output.capacity = static_cast<std::size_t>(sink.found());
+    if (!output.grow_to(sink.found())) throw base::AllocationFailed{sink.found() * sizeof(Pair)};
   }
 }
 
@@ -257,7 +254,7 @@ Result Engine::find(Call& call, const Boxes& a, const Boxes* b, Output* output,
     r.bytes_needed = search.bytes();
     if (r.status == Status::memory_cap_too_small) {
       // If the estimate was not enough, doubles the cap, so that a caller's retries end.
-      const std::size_t cap = options.memory_cap_bytes, enough = sufficient_bytes(call);
+      const std::uint64_t cap = options.memory_cap_bytes, enough = sufficient_bytes(call);
       r.bytes_needed = std::max(search.bytes(), cap < enough ? enough : 2 * cap);
     }
     r.found = 0;

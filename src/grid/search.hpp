@@ -3,13 +3,13 @@
 
 #include <atomic>
 #include <cstdint>
-#include <mutex>
 
 #include <throng/boxes.hpp>
 #include <throng/options.hpp>
 
 #include "base/bounds.hpp"
 #include "base/memory.hpp"
+#include "base/mutex.hpp"
 #include "base/quantize.hpp"
 #include "grid/bin/filter_classes.hpp"
 #include "grid/doubles.hpp"
@@ -134,8 +134,8 @@ struct Search {
   }
 
   // Records the first failure of any worker; the others stop at their next check.
-  void fail(Status status, std::size_t bytes) noexcept {
-    const std::lock_guard<std::mutex> lock(mutex_);
+  void fail(Status status, std::uint64_t bytes) noexcept {
+    const std::lock_guard<base::Mutex> lock(mutex_);
     if (status_ != Status::ok) return;
     status_ = status;
     bytes_ = bytes;
@@ -147,7 +147,7 @@ struct Search {
   }
   bool failed() const noexcept { return failed_; }
   Status status() const noexcept { return status_; }
-  std::size_t bytes() const noexcept { return bytes_; }
+  std::uint64_t bytes() const noexcept { return bytes_; }
 
   // Runs `body`; turns the library's exceptions into a failure.
   template <class F>
@@ -162,10 +162,10 @@ struct Search {
   }
 
  private:
-  std::mutex mutex_;
+  base::Mutex mutex_;
   std::atomic<bool> failed_{false};
   Status status_ = Status::ok;
-  std::size_t bytes_ = 0;
+  std::uint64_t bytes_ = 0;
 };
 
 // Of both sets.

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <mutex>
 
 #include "base/float_state.hpp"
+#include "base/mutex.hpp"
 #include "base/parallel_region.hpp"
 #include "base/profile.hpp"
 #include "base/threads.hpp"
@@ -222,7 +222,7 @@ bool ContactSearch::fill_element_boxes(Call& call, const Strided<Element>& eleme
   const bool filtered = mesh.group || mesh.mask;
   std::uint32_t* const groups = filtered ? filters.ensure(2 * n) : nullptr;
   std::uint32_t* const masks = filtered ? groups + n : nullptr;
-  std::mutex merge;
+  base::Mutex merge;
   InvalidElements invalid{kind, 0, 0};
   call.for_each_chunk(n, [&](std::size_t first, std::size_t last) {
     InvalidElements part{kind, 0, 0};
@@ -250,7 +250,7 @@ bool ContactSearch::fill_element_boxes(Call& call, const Strided<Element>& eleme
       }
     }
     if (part.count == 0) return;
-    const std::lock_guard<std::mutex> lock(merge);
+    const std::lock_guard<base::Mutex> lock(merge);
     invalid.first = invalid.count ? std::min(invalid.first, part.first) : part.first;
     invalid.count += part.count;
   });

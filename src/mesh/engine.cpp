@@ -180,7 +180,7 @@ MeshResult MeshEngine::find(const MeshCall& call, const Options& options, base::
     const std::size_t enough = triangles * sizeof(Box) + (of_a + of_b) * sizeof(DoubleVec3) +
                                search_.sufficient_bytes(options, triangles, has_worlds);
     r.status = Status::memory_cap_too_small;
-    r.bytes_needed = std::max(failure.bytes_needed, enough);
+    r.bytes_needed = std::max<std::uint64_t>(failure.bytes_needed, enough);
     return r;
   }
   const double boxes_ms = clock.lap();

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <mutex>
 
 #include "base/bounds.hpp"
+#include "base/mutex.hpp"
 #include "grid/doubles.hpp"
 
 namespace throng::mesh {
@@ -99,7 +99,7 @@ MeshDefects write_triangle_boxes(const MeshArrays& mesh, bool is_float, std::siz
                                  const PairKernels& kernels, const Executor& executor,
                                  unsigned tasks, Box* out, CoordinateRange& range) {
   MeshDefects defects;
-  std::mutex mutex;
+  base::Mutex mutex;
   base::ChunkQueue chunks(triangles, tasks, 512);
   auto task = [&](unsigned t) {
     Writer writer{mesh, vertices, options, out};
@@ -109,7 +109,7 @@ MeshDefects write_triangle_boxes(const MeshArrays& mesh, bool is_float, std::siz
       else if (!writer.write_by(kernels, begin, end))
         writer.write<float>(begin, end);
     }
-    const std::lock_guard<std::mutex> lock(mutex);
+    const std::lock_guard<base::Mutex> lock(mutex);
     defects.add(writer.defects);
     range.add(writer.range.lower, writer.range.upper);
   };

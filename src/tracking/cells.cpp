@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
-#include <mutex>
 
+#include "base/mutex.hpp"
 #include "base/parallel_region.hpp"
 #include "base/threads.hpp"
 
@@ -53,7 +53,7 @@ void Cells::assign_storage(const CellPlan& plan, std::size_t count) {
 
 void Cells::find_buckets(const Objects& objects, const Executor& executor, unsigned tasks) {
   base::ChunkQueue shares(objects.limit(), tasks, 1024);
-  std::mutex merge_mutex;
+  base::Mutex merge_mutex;
   LevelCounts level_counts;
   auto find = [&](unsigned t) {
     Tally tally;

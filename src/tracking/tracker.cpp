@@ -389,7 +389,7 @@ Options preparation_options(bool concurrent, const Options& options) noexcept {
 // Places changed objects in the index; the first of several concurrent queries does it.
 void Tracker::place_for_queries(bool concurrent, const Options& options) {
   if (placement_valid_.load(std::memory_order_acquire)) return;
-  const std::lock_guard<std::mutex> lock(prepare_mutex_);
+  const std::lock_guard<base::Mutex> lock(prepare_mutex_);
   if (placement_valid_.load(std::memory_order_relaxed)) return;
   objects_.dirty_list();
   ensure_capacity(preparation_options(concurrent, options));
@@ -414,7 +414,7 @@ void Tracker::note_query_cost(bool concurrent, std::size_t count, double ns,
   const CostModel::Cells cells = costs_.note_query_cost(sizes(), count, ns);
   if (index_ != Index::absent || cells == CostModel::Cells::do_not_pay) return;
   // While another thread builds them, small queries continue without cells.
-  std::unique_lock<std::mutex> lock(prepare_mutex_, std::defer_lock);
+  std::unique_lock<base::Mutex> lock(prepare_mutex_, std::defer_lock);
   if (cells == CostModel::Cells::pay_for_this_call)
     lock.lock();
   else if (!lock.try_lock())
@@ -426,7 +426,7 @@ void Tracker::note_query_cost(bool concurrent, std::size_t count, double ns,
 void Tracker::note_cells_visited(std::uint64_t cells) noexcept {
   if (blocks_valid_ || index_ != Index::cells || cells == 0) return;
   if (!costs_.blocks_pay(sizes(), cells)) return;
-  const std::unique_lock<std::mutex> lock(prepare_mutex_, std::try_to_lock);
+  const std::unique_lock<base::Mutex> lock(prepare_mutex_, std::try_to_lock);
   if (!lock || blocks_valid_) return;
   costs_.begin_blocks();
   try {
@@ -455,7 +455,7 @@ void Tracker::note_query_work(const Work& work, std::size_t queries, std::size_t
   if (index_ != Index::cells) return;
   costs_.note_queries_in_cells(work, queries, hits);
   if (!costs_.forest_pays(sizes())) return;
-  const std::unique_lock<std::mutex> lock(prepare_mutex_, std::try_to_lock);
+  const std::unique_lock<base::Mutex> lock(prepare_mutex_, std::try_to_lock);
   if (!lock || index_ != Index::cells) return;
   costs_.begin_forest();
   try {
@@ -490,7 +490,7 @@ std::size_t Tracker::pairs_of(ObjectId id, LivePair* out, std::size_t capacity) 
 // it.
 bool Tracker::build_object_pairs() noexcept {
   if (!costs_.lists_pay(sizes(), objects_.limit())) return false;
-  const std::unique_lock<std::mutex> lock(prepare_mutex_, std::try_to_lock);
+  const std::unique_lock<base::Mutex> lock(prepare_mutex_, std::try_to_lock);
   if (!lock) return false;
   if (object_pairs_valid_) return true;
   costs_.begin_lists();

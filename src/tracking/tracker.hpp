@@ -7,11 +7,11 @@
 #include <atomic>
 #include <cstdint>
 #include <memory_resource>
-#include <mutex>
 
 #include <throng/broad_phase.hpp>
 #include <throng/finder.hpp>
 
+#include "base/mutex.hpp"
 #include "grid/engine.hpp"
 #include "tracking/bvh_forest.hpp"
 #include "tracking/cells.hpp"
@@ -97,7 +97,7 @@ class Tracker {
   Queries queries_;
   base::PerThread<LocalUpdate> local_updates_;
   PodVector<Pair> found_;
-  std::mutex prepare_mutex_;                     // guards what concurrent queries share
+  base::Mutex prepare_mutex_;                    // guards what concurrent queries share
   std::atomic<bool> placement_valid_{false};     // changed objects are in the index
   std::atomic<Index> index_{Index::absent};      // contains all objects except changed ones
   std::atomic<bool> blocks_valid_{false};        // cells_.blocks() is up to date

@@ -310,7 +310,7 @@ TEST_F(COptions, Memory) {
 
 TEST_F(COptions, InstructionSet) {
   throng_options o = defaults();
-  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
+  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon, Isa::wasm}) {
     o.isa = static_cast<int>(isa);
     const Seen seen = find(o, boxes_);
     if (!is_supported(isa)) {
@@ -354,7 +354,7 @@ TEST_F(COptions, InvalidValues) {
                             {"order", &throng_options::order, THRONG_ORDER_CANONICAL},
                             {"backend", &throng_options::backend, THRONG_BACKEND_EMULATED},
                             {"nan", &throng_options::nan, THRONG_NAN_INACTIVE},
-                            {"isa", &throng_options::isa, THRONG_ISA_NEON},
+                            {"isa", &throng_options::isa, THRONG_ISA_WASM},
                             {"stoppable", &throng_options::stoppable, 1},
                             {"inverted", &throng_options::inverted, THRONG_INVERTED_INACTIVE}};
   const BoxList two(boxes_.begin(), boxes_.begin() + 2);

@@ -246,7 +246,7 @@ bool draw_options(Bytes& bytes, throng_options& o, Memory& memory) {
   choose(o.backend, THRONG_BACKEND_CPU);
   choose(o.nan, THRONG_NAN_INACTIVE);
   choose(o.inverted, THRONG_INVERTED_INACTIVE);
-  choose(o.isa, THRONG_ISA_NEON);
+  choose(o.isa, THRONG_ISA_WASM);
   choose(o.stoppable, 1);
   o.threads = bytes.one_in(8) ? bytes.word() : bytes.below(4);
   if (bytes.one_in(3)) {

@@ -490,7 +490,7 @@ TEST_F(CMesh, MemoryCap) {
 TEST_F(CMesh, InstructionSetsAndAlgorithms) {
   const throng_mesh a = a_.c_floats(), b = b_.c_doubles();
   const Found one = find(a), two = find(a, &b);
-  for (int isa = THRONG_ISA_SCALAR; isa <= THRONG_ISA_NEON; ++isa) {
+  for (int isa = THRONG_ISA_SCALAR; isa <= THRONG_ISA_WASM; ++isa) {
     for (int algorithm = THRONG_ALGORITHM_AUTOMATIC; algorithm <= THRONG_ALGORITHM_GRID;
          ++algorithm) {
       TearDown();

@@ -45,7 +45,7 @@ struct FilterClasses::Task {
 // clears grouped_.
 void FilterClasses::add_combinations(const FilterTile& tile, const std::uint8_t* filter_classes,
                                      Task& task) noexcept {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const std::lock_guard<base::Mutex> lock(mutex_);
   for (std::size_t i = 0; i < filter_tile; ++i) {
     if (filter_classes[i] != unknown_class) continue;
     const FilterCombination one{tile.group[i], tile.mask[i], tile.is_static[i] != 0};
@@ -105,7 +105,7 @@ bool FilterClasses::read_all(Search& search, unsigned task_count) {
           read_tile(search, boxes.filters, at, std::min<std::size_t>(filter_tile, end - at),
                     filter_classes, task);
       }
-      const std::lock_guard<std::mutex> lock(mutex_);
+      const std::lock_guard<base::Mutex> lock(mutex_);
       worlds_.add(task.worlds);
     };
     base::run_tasks(*search.executor, task_count, read);

@@ -4,11 +4,11 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <mutex>
 
 #include <throng/boxes.hpp>
 
 #include "base/memory.hpp"
+#include "base/mutex.hpp"
 #include "grid/sweep/kernel_table.hpp"
 
 namespace throng::grid {
@@ -89,7 +89,7 @@ class FilterClasses {
   bool forbid_ = false, masks_cover_some_ = false, masks_cover_all_ = false;
   WorldRange worlds_;
   std::atomic<bool> grouped_ = true;
-  std::mutex mutex_;  // guards what tasks share
+  base::Mutex mutex_;  // guards what tasks share
   std::uint32_t known_count_ = 0;
   FilterCombination known_[most] = {};
   std::uint16_t forbidden_[most] = {};  // per class, a bit per class that it must not pair with

@@ -148,7 +148,7 @@ void BinnedGrid::bin(Search& search, const Problem& problem, const GridPlan& pla
   id_offset_[1] = problem.target_id_offset;
   for (;;) {
     prepare(search, plan, expected, task_count);
-    std::mutex merge;
+    base::Mutex merge;
     BinReport total;
     base::ChunkQueue shares[2] = {{problem.queries.count, task_count, bin_tile},
                                   {problem.targets.count, task_count, bin_tile}};
@@ -160,7 +160,7 @@ void BinnedGrid::bin(Search& search, const Problem& problem, const GridPlan& pla
           bin_side(search, side ? problem.targets : problem.queries, side, plan, worker, t,
                    shares[side], mine);
         }
-        const std::lock_guard<std::mutex> lock(merge);
+        const std::lock_guard<base::Mutex> lock(merge);
         total.add(mine);
       });
     };
@@ -320,7 +320,7 @@ void BinnedGrid::bin_spanning(const base::Quantizer& map, BinTask& task, unsigne
     wide.column_offset = column_offset;
     std::copy(lower, lower + 3, wide.lower);
     std::copy(upper, upper + 3, wide.upper);
-    const std::lock_guard<std::mutex> lock(wide_mutex_);
+    const std::lock_guard<base::Mutex> lock(wide_mutex_);
     const std::uint32_t count = wide_count_[side];
     wide_[side].grow(count + 1, count)[count] = wide;
     wide_count_[side] = count + 1;

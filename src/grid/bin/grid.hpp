@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "base/mutex.hpp"
 #include "base/prefetch.hpp"
 #include "base/threads.hpp"
 #include "grid/emit/worker.hpp"
@@ -120,7 +121,7 @@ class BinnedGrid {
   base::Buffer<std::uint32_t> wide_ids_[2], wide_labels_[2];
   std::uint32_t wide_count_[2] = {0, 0};
   std::uint32_t id_offset_[2] = {0, 0};  // offset of a subset's labels, see Problem
-  std::mutex wide_mutex_;
+  base::Mutex wide_mutex_;
 };
 
 }  // namespace throng::grid

@@ -158,15 +158,15 @@ struct Hits {
   // Branch-free: an empty entry is overwritten. Loops keep the count in a local `end`, because the
   // compiler must assume that these stores may change the member.
   HWY_INLINE void add(std::size_t query, std::size_t target, std::uint64_t bits, std::size_t& end) {
-    place[end] = query | target << 32;
+    place[end] = query | std::uint64_t{target} << 32;
     overlaps[end] = bits;
     end += bits != 0;
   }
   HWY_INLINE void add(std::size_t query, std::size_t target, std::uint64_t bits) {
     add(query, target, bits, count);
   }
-  std::size_t query(std::size_t h) const { return place[h] & 0xffffffffu; }
-  std::size_t target(std::size_t h) const { return place[h] >> 32; }
+  std::size_t query(std::size_t h) const { return static_cast<std::uint32_t>(place[h]); }
+  std::size_t target(std::size_t h) const { return static_cast<std::uint32_t>(place[h] >> 32); }
 };
 
 // Writes the pairs of all hits. With AVX-512, ids_at(query, target) loads the ids of the tested

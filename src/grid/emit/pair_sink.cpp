@@ -54,7 +54,7 @@ void BufferSink::close() noexcept {
 void ConsumerSink::take(const Pair* pairs, std::size_t count) {
   found_.fetch_add(count, std::memory_order_relaxed);
   if (concurrent_) return call(pairs, count);
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const std::lock_guard<base::Mutex> lock(mutex_);
   call(pairs, count);
 }
 
@@ -85,7 +85,7 @@ RangeSink::RangeSink(std::uint64_t begin, unsigned slice_bits, Pair* out, std::s
       capacity_(capacity) {}
 
 void RangeSink::take(const Pair* pairs, std::size_t count) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const std::lock_guard<base::Mutex> lock(mutex_);
   std::uint64_t found = found_.load(std::memory_order_relaxed);
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint64_t key = std::uint64_t{pairs[i].first} << 32 | pairs[i].second;

@@ -6,11 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
-#include <mutex>
 
 #include <throng/finder.hpp>
 #include <throng/types.hpp>
 
+#include "base/mutex.hpp"
 #include "base/threads.hpp"
 #include "grid/emit/emit.hpp"
 
@@ -105,7 +105,7 @@ class ConsumerSink final : public Sink {
   bool concurrent_;
   std::atomic<bool> stopped_{false};
   std::atomic<std::uint64_t> found_{0}, delivered_{0};
-  std::mutex mutex_;
+  base::Mutex mutex_;
   std::exception_ptr thrown_;
 };
 
@@ -127,7 +127,7 @@ class RangeSink final : public Sink {
   Pair* out_;
   std::uint64_t capacity_;
   std::atomic<std::uint64_t> found_{0};
-  std::mutex mutex_;
+  base::Mutex mutex_;
   std::uint64_t histogram_[slices] = {};
 };
 

@@ -28,9 +28,7 @@ void Engine::find_sorted(Call& call, Output& output) {
       r.status = Status::buffer_too_small;
       return;
     }
-    output.data = output.grow(output.context, found);
-    if (!output.data) throw base::AllocationFailed{found * sizeof(Pair)};
-    output.capacity = found;
+    if (!output.grow_to(found)) throw base::AllocationFailed{r.found * sizeof(Pair)};
   }
   sorter_.sort(*call.search.kernels, *call.search.executor, call.tasks, own.data, output.data,
                found, call.search.a->size(), call.search.b->size());

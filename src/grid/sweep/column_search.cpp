@@ -95,7 +95,9 @@ ColumnSearch::ColumnBoxes ColumnSearch::thin_out(const ColumnBoxes& many, const 
     reached_before[k + 1] = static_cast<std::uint16_t>(reached_before[k + 1] + reached_before[k]);
   const Segment first = segments(many).back();
   const auto sampled = std::min(max_sampled, first.count);
-  if (std::count_if(first.records, first.records + sampled, near) > sampled / 2) return many;
+  const auto sampled_near =
+      static_cast<std::uint32_t>(std::count_if(first.records, first.records + sampled, near));
+  if (sampled_near > sampled / 2) return many;
 
   Record* const kept = scratch_.near_records.ensure(many.records + 1);
   std::uint32_t count = 0, seen = 0;
@@ -142,7 +144,7 @@ void ColumnSearch::each_record(const Segment& segment, const F& f) {
   constexpr std::uint32_t a_step = 2 * RecordPrefetcher::records_per_step;
   const Record* r = segment.records;
   const Record* const last = r + segment.count;
-  for (; last - r >= a_step; r += a_step) {
+  for (; last - r >= std::ptrdiff_t{a_step}; r += a_step) {
     ahead_.step();
     for (std::uint32_t k = 0; k < a_step; ++k) f(r[k]);
   }

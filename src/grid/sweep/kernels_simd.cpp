@@ -14,7 +14,7 @@
 #include "grid/sweep/kernel_table.hpp"
 
 #if HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3_DL || \
-    HWY_TARGET == HWY_NEON
+    HWY_TARGET == HWY_NEON || HWY_TARGET == HWY_WASM
 
 #include "grid/bin/kernels_bin-inl.hpp"
 #include "grid/bin/kernels_filters-inl.hpp"
@@ -31,6 +31,7 @@ const Kernels& kernels() {
   constexpr Isa isa = HWY_TARGET == HWY_SSE4      ? Isa::sse4
                       : HWY_TARGET == HWY_AVX2    ? Isa::avx2
                       : HWY_TARGET == HWY_AVX3_DL ? Isa::avx512
+                      : HWY_TARGET == HWY_WASM    ? Isa::wasm
                                                   : Isa::neon;
   constexpr std::uint32_t pairs_per_vector = hn::MaxLanes(hn::CappedTag<std::uint64_t, 8>());
   static const Kernels table = [] {
@@ -97,6 +98,8 @@ const Kernels* simd_kernels(Isa isa) noexcept {
 #endif
 #elif HWY_TARGETS & HWY_NEON
   if (isa == Isa::neon) return &N_NEON::kernels();
+#elif HWY_TARGETS & HWY_WASM
+  if (isa == Isa::wasm) return &N_WASM::kernels();
 #endif
   (void)isa;
   return nullptr;
