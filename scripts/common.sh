@@ -19,13 +19,18 @@ competitor_packages=("${engine_packages[@]}" libembree-dev libcgal-dev)
 docs_packages=(doxygen python3-venv)
 # PyPI packages for the site.
 docs_modules=(sphinx breathe myst-parser furo numpy)
-# Ubuntu's package of that name only installs a snap.
+# Ubuntu's package of chromium only installs a snap, and it has no libraries for WebAssembly.
 browser_packages=()
-if grep -qs '^ID=debian' /etc/os-release; then browser_packages=(chromium); fi
+wasm_packages=(cmake ninja-build libhwy-dev)
+if grep -qs '^ID=debian' /etc/os-release; then
+  browser_packages=(chromium)
+  wasm_packages+=(clang-22 lld-22 llvm-22 libc++-22-dev-wasm32 libc++abi-22-dev-wasm32 libclang-rt-22-dev-wasm32 wasi-libc)
+fi
+web_packages=("${wasm_packages[@]}" nodejs node-typescript)
 # A cross compiler, and the emulator for its programs.
 arm_packages=(g++-aarch64-linux-gnu qemu-user googletest)
-check_packages=("${test_packages[@]}" "${mpi_packages[@]}" "${docs_packages[@]}" "${arm_packages[@]}" "${browser_packages[@]}" dpkg-dev file clang
-  clang-format-14 clang-tidy cppcheck shellcheck ccache python3 binutils python3-dev python3-venv)
+check_packages=("${test_packages[@]}" "${mpi_packages[@]}" "${docs_packages[@]}" "${arm_packages[@]}" "${web_packages[@]}" "${browser_packages[@]}"
+  dpkg-dev file clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3 binutils python3-dev python3-venv)
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }

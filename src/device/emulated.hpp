@@ -1,5 +1,5 @@
-// Backend::emulated: the search of a device on the CPU. A source of its own, so that its templates are
-// compiled once, and with few optimizations.
+// Backend::emulated: the search of a device on the CPU. A source of its own, so that its templates
+// are compiled once, and with few optimizations.
 #pragma once
 
 #include <cstddef>

@@ -401,9 +401,9 @@ TEST_F(CApi, StopEndsARunningCall) {
   EXPECT_GE(r.visited, boxes_.size());
   throng_finder_destroy(finder_);
   finder_ = nullptr;
-  options_.isa = 6;
+  options_.isa = 7;
   EXPECT_EQ(throng_find(finder(), &view_, nullptr), THRONG_BAD_OPTION);
-  EXPECT_NE(message().find("isa (6)"), std::string::npos) << message();
+  EXPECT_NE(message().find("isa (7)"), std::string::npos) << message();
 }
 
 // A caller that knows only the first fields, and one that knows more than exist.
