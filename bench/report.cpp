@@ -237,6 +237,7 @@ report::Page page(const Findings& f) {
       report::Series& line = lines[library];
       line.x.push_back(double(r.objects));
       line.y.push_back(r.ms);
+      if (!mine) continue;
       report::Series& factor = ratios[library];
       factor.x.push_back(double(r.objects));
       factor.y.push_back(r.ms / mine->ms);

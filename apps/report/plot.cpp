@@ -12,9 +12,7 @@
 namespace throng::report {
 namespace {
 
-const char* const colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                               "#e69f00", "#56b4e9", "#7f7f7f", "#b8a800"};
-constexpr std::size_t colour_count = 8;
+constexpr std::size_t colour_count = 8;  // classes c0 .. c7 of the page's style
 
 // Maps values to a range of pixels.
 struct Axis {
@@ -84,33 +82,57 @@ std::string value_text(double value) {
   return format_count(static_cast<std::uint64_t>(std::llround(value)));
 }
 
-std::string marker(std::size_t kind, double x, double y, const char* colour, bool emphasis) {
+// In the current colour.
+std::string marker(std::size_t kind, double x, double y, bool emphasis) {
   const double r = emphasis ? 4.5 : 3.5;
   switch (kind % 4) {
     case 0:
-      return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" fill=\"{}\"/>", x, y, r,
-                         colour);
+      return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"/>", x, y, r);
     case 1:
-      return fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{}\" height=\"{}\" fill=\"{}\"/>",
-                         x - r, y - r, 2 * r, 2 * r, colour);
+      return fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{}\" height=\"{}\"/>", x - r,
+                         y - r, 2 * r, 2 * r);
     case 2:
-      return fmt::format("<path d=\"M{:.1f} {:.1f}l{} {}h{}z\" fill=\"{}\"/>", x, y - r, r, 2 * r,
-                         -2 * r, colour);
+      return fmt::format("<path d=\"M{:.1f} {:.1f}l{} {}h{}z\"/>", x, y - r, r, 2 * r, -2 * r);
     default:
-      return fmt::format("<path d=\"M{:.1f} {:.1f}l{} {}l{} {}l{} {}z\" fill=\"{}\"/>", x,
-                         y - r - 1, r + 1, r + 1, -r - 1, r + 1, -r - 1, -r - 1, colour);
+      return fmt::format("<path d=\"M{:.1f} {:.1f}l{} {}l{} {}l{} {}z\"/>", x, y - r - 1, r + 1,
+                         r + 1, -r - 1, r + 1, -r - 1, -r - 1);
   }
+}
+
+std::string line(const std::string& path, const Series& s) {
+  return fmt::format("<path class=\"line\" d=\"{}\" stroke-width=\"{}\"{}/>", path,
+                     s.emphasis ? 3.2 : 1.6, s.dashed ? " stroke-dasharray=\"6 4\"" : "");
+}
+
+std::string colour_class(const Series& s, std::size_t k) {
+  return s.dashed ? "bound" : fmt::format("c{}", k % colour_count);
+}
+
+// `text` with this anchor; `turned` upwards.
+std::string words(double x, double y, const char* anchor, const std::string& text, const char* kind,
+                  bool turned = false) {
+  return fmt::format("<text class=\"{}\" {} text-anchor=\"{}\">{}</text>\n", kind,
+                     turned
+                         ? fmt::format("transform=\"translate({:.1f} {:.1f}) rotate(-90)\"", x, y)
+                         : fmt::format("x=\"{:.1f}\" y=\"{:.1f}\"", x, y),
+                     anchor, escape_html(text));
+}
+
+// A figure: the title, the drawing, which a narrow screen shows no smaller than to 60 %, and the
+// legend.
+std::string figure(const std::string& title, double width, double height,
+                   const std::string& drawing, const std::string& legend) {
+  return fmt::format(
+      "<figure class=\"plot\">\n<figcaption>{0}</figcaption>\n<div class=\"wide\">"
+      "<svg viewBox=\"0 0 {1:.0f} {2:.0f}\" width=\"{1:.0f}\" height=\"{2:.0f}\" role=\"img\" "
+      "style=\"min-width:{3:.0f}px\">\n<title>{0}</title>\n{4}</svg></div>\n{5}</figure>\n",
+      escape_html(title), width, height, 0.6 * width, drawing, legend);
 }
 
 }  // namespace
 
-std::string Plot::svg() const {
-  // About seven pixels per letter, plus the space before the first.
-  std::size_t longest = 0;
-  for (const Series& s : series) longest = std::max(longest, s.name.size());
-  const double legend_width = std::max(210.0, 56 + 6.8 * static_cast<double>(longest));
-  const double left = 68, right = width - 210, top = 44, bottom = height - 52.0;
-  const int total_width = static_cast<int>(right + legend_width);
+std::string Plot::html() const {
+  const double left = 68, right = width - 14, top = 12, bottom = height - 48.0;
   Axis ax, ay;
   ax.log = log_x;
   ay.log = log_y;
@@ -132,39 +154,22 @@ std::string Plot::svg() const {
   ay.from = bottom;
   ay.to = top;
 
-  std::string out = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
-      "height=\"{1}\" "
-      "role=\"img\" font-family=\"system-ui, sans-serif\" font-size=\"12\">\n<title>{2}</title>\n"
-      "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n"
-      "<text x=\"{3}\" y=\"24\" font-size=\"15\" font-weight=\"600\" fill=\"#222\">{2}</text>\n",
-      total_width, height, escape_html(title), left);
+  std::string out;
   for (const Tick& t : ticks(ax)) {
     const double x = ax.pixel(t.value);
-    out += fmt::format("<path d=\"M{0:.1f} {1:.1f}V{2:.1f}\" stroke=\"{3}\"/>\n", x, bottom, top,
-                       t.labelled ? "#dddddd" : "#f2f2f2");
-    if (t.labelled)
-      out += fmt::format(
-          "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\" fill=\"#444\">{}</text>\n", x,
-          bottom + 18, label(t.value));
+    out += fmt::format("<path class=\"{}\" d=\"M{:.1f} {:.1f}V{:.1f}\"/>\n",
+                       t.labelled ? "grid" : "fine", x, bottom, top);
+    if (t.labelled) out += words(x, bottom + 18, "middle", label(t.value), "tick");
   }
   for (const Tick& t : ticks(ay)) {
     const double y = ay.pixel(t.value);
-    out += fmt::format("<path d=\"M{0:.1f} {1:.1f}H{2:.1f}\" stroke=\"{3}\"/>\n", left, y, right,
-                       t.labelled ? "#dddddd" : "#f2f2f2");
-    if (t.labelled)
-      out += fmt::format(
-          "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\" fill=\"#444\">{}</text>\n", left - 8,
-          y + 4, label(t.value));
+    out += fmt::format("<path class=\"{}\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>\n",
+                       t.labelled ? "grid" : "fine", left, y, right);
+    if (t.labelled) out += words(left - 8, y + 4, "end", label(t.value), "tick");
   }
-  out += fmt::format("<path d=\"M{0} {1}V{2}H{3}\" fill=\"none\" stroke=\"#666\"/>\n", left, top,
-                     bottom, right);
-  out += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\" fill=\"#222\">{}</text>\n",
-                     (left + right) / 2, height - 14, escape_html(x_label));
-  out += fmt::format(
-      "<text transform=\"translate(18 {:.1f}) rotate(-90)\" text-anchor=\"middle\" "
-      "fill=\"#222\">{}</text>\n",
-      (top + bottom) / 2, escape_html(y_label));
+  out += fmt::format("<path class=\"axis\" d=\"M{} {}V{}H{}\"/>\n", left, top, bottom, right);
+  out += words((left + right) / 2, height - 10, "middle", x_label, "label");
+  out += words(16, (top + bottom) / 2, "middle", y_label, "label", true);
 
   // Emphasized series last, so that they are on top; the legend keeps the caller's order.
   std::vector<std::size_t> order;
@@ -173,75 +178,55 @@ std::string Plot::svg() const {
       if (series[i].emphasis == emphasis) order.push_back(i);
   for (const std::size_t k : order) {
     const Series& s = series[k];
-    const char* colour = s.dashed ? "#444444" : colours[k % colour_count];
     std::string path, marks;
     for (std::size_t i = 0; i < std::min(s.x.size(), s.y.size()); ++i) {
       if (!ax.shows(s.x[i]) || !ay.shows(s.y[i])) continue;
       const double x = ax.pixel(s.x[i]), y = ay.pixel(s.y[i]);
       path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", x, y);
-      if (!s.dashed) marks += marker(k / colour_count + k, x, y, colour, s.emphasis);
+      if (!s.dashed) marks += marker(k / colour_count + k, x, y, s.emphasis);
     }
-    out += fmt::format(
-        "<g data-series=\"{}\"><path d=\"{}\" fill=\"none\" stroke=\"{}\" "
-        "stroke-width=\"{}\"{}/>{}</g>\n",
-        escape_html(s.name), path, colour, s.emphasis ? 3.2 : 1.6,
-        s.dashed ? " stroke-dasharray=\"6 4\"" : "", marks);
+    out += fmt::format("<g class=\"{}\" data-series=\"{}\">{}{}</g>\n", colour_class(s, k),
+                       escape_html(s.name), line(path, s), marks);
   }
-  const double step = std::min(20.0, (bottom - top) / std::max<std::size_t>(1, series.size()));
+  std::string legend = "<ul class=\"legend\">\n";
   for (std::size_t k = 0; k < series.size(); ++k) {
     const Series& s = series[k];
-    const char* colour = s.dashed ? "#444444" : colours[k % colour_count];
-    const double y = top + 8 + step * static_cast<double>(k), x = right + 14;
-    out += fmt::format("<path d=\"M{:.1f} {:.1f}h22\" stroke=\"{}\" stroke-width=\"{}\"{}/>", x, y,
-                       colour, s.emphasis ? 3.2 : 1.6, s.dashed ? " stroke-dasharray=\"6 4\"" : "");
-    if (!s.dashed) out += marker(k / colour_count + k, x + 11, y, colour, s.emphasis);
-    out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" fill=\"#222\"{}>{}</text>\n", x + 28, y + 4,
-                       s.emphasis ? " font-weight=\"600\"" : "", escape_html(s.name));
+    legend += fmt::format(
+        "<li{}><svg class=\"{}\" width=\"24\" height=\"12\" "
+        "aria-hidden=\"true\">{}{}</svg>{}</li>\n",
+        s.emphasis ? " class=\"emphasis\"" : "", colour_class(s, k), line("M0 6h24", s),
+        s.dashed ? "" : marker(k / colour_count + k, 12, 6, s.emphasis), escape_html(s.name));
   }
-  return out + "</svg>\n";
+  return figure(title, width, height, out, series.empty() ? "" : legend + "</ul>\n");
 }
 
-std::string Bars::svg() const {
+std::string Bars::html() const {
   double most = 0;
   std::size_t longest = 1;
   for (const Bar& bar : bars) {
     most = std::max(most, bar.value);
     longest = std::max({longest, bar.label.size(), value_text(bar.value).size()});
   }
-  // Wide enough for the labels: about seven pixels per letter.
-  const double slot = std::max(44.0, 14 + 6.8 * static_cast<double>(longest));
-  const double left = 44, top = 64, bottom = height - 60.0;
-  const double right = left + slot * static_cast<double>(std::max<std::size_t>(1, bars.size()));
-  const double total_width =
-      std::max(right + 16, left + 16 + 8.5 * static_cast<double>(title.size()));
-  std::string out = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1}\" width=\"{0:.0f}\" "
-      "height=\"{1}\" role=\"img\" font-family=\"system-ui, sans-serif\" font-size=\"12\">\n"
-      "<title>{2}</title>\n<rect width=\"{0:.0f}\" height=\"{1}\" fill=\"#ffffff\"/>\n"
-      "<text x=\"{3}\" y=\"24\" font-size=\"15\" font-weight=\"600\" fill=\"#222\">{2}</text>\n",
-      total_width, height, escape_html(title), left);
+  // Wide enough for the labels of the bars and of the axis: less than eight pixels per letter.
+  const auto count = static_cast<double>(std::max<std::size_t>(1, bars.size()));
+  const double slot = std::max({44.0, 14 + 7.4 * static_cast<double>(longest),
+                                7.4 * static_cast<double>(x_label.size()) / count});
+  const double left = 36, top = 30, bottom = height - 48.0, right = left + slot * count;
+  std::string out;
   for (std::size_t k = 0; k < bars.size(); ++k) {
     const double tall = most > 0 ? bars[k].value / most * (bottom - top) : 0;
     const double x = left + slot * static_cast<double>(k), middle = x + slot / 2;
     out += fmt::format(
-        "<rect data-bar=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" "
-        "fill=\"{}\"/>\n",
-        escape_html(bars[k].label), x + 0.1 * slot, bottom - tall, 0.8 * slot, tall, colours[0]);
-    out += fmt::format(
-        "<text x=\"{0:.1f}\" y=\"{1:.1f}\" text-anchor=\"middle\" fill=\"#222\">{2}</text>\n"
-        "<text x=\"{0:.1f}\" y=\"{3:.1f}\" text-anchor=\"middle\" fill=\"#444\">{4}</text>\n",
-        middle, bottom - tall - 6, value_text(bars[k].value), bottom + 18,
-        escape_html(bars[k].label));
+        "<rect class=\"c0\" data-bar=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" "
+        "height=\"{:.1f}\"/>\n",
+        escape_html(bars[k].label), x + 0.1 * slot, bottom - tall, 0.8 * slot, tall);
+    out += words(middle, bottom - tall - 6, "middle", value_text(bars[k].value), "label");
+    out += words(middle, bottom + 18, "middle", bars[k].label, "tick");
   }
-  out +=
-      fmt::format("<path d=\"M{} {}H{}\" fill=\"none\" stroke=\"#666\"/>\n", left, bottom, right);
-  out += fmt::format(
-      "<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\" fill=\"#222\">{}</text>\n"
-      "<text transform=\"translate(24 {:.1f}) rotate(-90)\" text-anchor=\"middle\" "
-      "fill=\"#222\">{}</text>\n",
-      (left + right) / 2, height - 16, escape_html(x_label), (top + bottom) / 2,
-      escape_html(y_label));
-  return out + "</svg>\n";
+  out += fmt::format("<path class=\"axis\" d=\"M{} {}H{}\"/>\n", left, bottom, right);
+  out += words((left + right) / 2, height - 10, "middle", x_label, "label");
+  out += words(18, (top + bottom) / 2, "middle", y_label, "label", true);
+  return figure(title, right + 14, height, out, "");
 }
 
 std::string bar_text(const Bars& bars, int width) {

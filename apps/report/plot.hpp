@@ -1,4 +1,4 @@
-// Line and bar plots as SVG text, for any browser.
+// Line and bar plots for a Page, whose style has their colours.
 #pragma once
 
 #include <string>
@@ -17,11 +17,10 @@ struct Plot {
   std::string title, x_label, y_label;
   bool log_x = false, log_y = false;  // then values <= 0 are left out
   std::vector<Series> series;
-  int width = 720, height = 440;
+  int width = 520, height = 360;
 
-  // One <svg> element. The colours are the eight of Okabe and Ito, distinct for people with any
-  // kind of colour vision; the markers differ, too.
-  std::string svg() const;
+  // One <figure>: the title, an <svg> and the legend. The markers differ as well as the colours.
+  std::string html() const;
 };
 
 // One bar per class of a histogram, from left to right.
@@ -32,10 +31,10 @@ struct Bars {
   };
   std::string title, x_label, y_label;
   std::vector<Bar> bars;
-  int height = 360;
+  int height = 300;
 
-  // One <svg> element; each bar has its value above it.
-  std::string svg() const;
+  // One <figure>; each bar has its value above it.
+  std::string html() const;
 };
 
 // The same as lines of text, each at most `width` characters: label, value, a bar of '#' whose

@@ -20,7 +20,11 @@ std::string padded(const std::string& text, std::size_t to, bool right) {
   return right ? padding + text : text + padding;
 }
 
+// Sentences may wrap, other cells may not.
+bool is_sentence(const std::string& text) { return width(text) > 48; }
+
 bool looks_numeric(const std::string& text) {
+  if (is_sentence(text)) return false;  // "110 tests per box, where 20 to 40 are usual: ..."
   return std::isdigit(static_cast<unsigned char>(text[0])) ||
          ((text[0] == '-' || text[0] == '+' || text[0] == '.') &&
           (text.size() == 1 || std::isdigit(static_cast<unsigned char>(text[1]))));
@@ -120,10 +124,9 @@ std::string Table::html() const {
   const auto line = [&](const std::vector<std::string>& cells, const char* tag) {
     out += "<tr>";
     for (std::size_t c = 0; c < cells.size(); ++c) {
-      // Sentences may wrap, other cells may not.
-      const char* kind = right[c]               ? " class=\"n\">"
-                         : width(cells[c]) > 48 ? " class=\"words\">"
-                                                : ">";
+      const char* kind = is_sentence(cells[c]) ? " class=\"words\">"
+                         : right[c]            ? " class=\"n\">"
+                                               : ">";
       out += std::string("<") + tag + kind + escape_html(cells[c]) + "</" + tag + ">";
     }
     out += "</tr>\n";

@@ -39,6 +39,13 @@ TEST(Table, TextAlignsNumbersRightAndWordsLeft) {
             "long name  1,000\n");
 }
 
+TEST(Table, SentencesWrapAlthoughTheyStartWithANumber) {
+  Table t("", {"advice", "n"});
+  t.add_row({"110 tests per box, where 20 to 40 are usual: boxes are long", "7"});
+  EXPECT_NE(t.html().find("<td class=\"words\">110"), std::string::npos) << t.html();
+  EXPECT_NE(t.html().find("<td class=\"n\">7"), std::string::npos) << t.html();
+}
+
 TEST(Table, HasNoHeaderWithoutNames) {
   Table t("facts", {"", " "});
   t.add_row({"boxes", "7"});
