@@ -296,13 +296,62 @@ def test_a_page_of_boxes(tmp_path: Path) -> None:
     assert sorted(map(tuple, drawn.tolist())) == pairs
     count = numpy.bincount(numpy.array(pairs).reshape(-1), minlength=300)
     assert data["overlaps"].tolist() == count[data["index"]].tolist()
-    # The corners differ from those given by one shift and one scale.
-    corners, wanted = data["corners"].reshape(-1, 6).astype(float), clean[data["index"]].astype(float)
+    # The corners differ from those given by one shift and one scale, but for the large box.
+    assert data["outlined"] == [0]
+    corners, wanted = data["corners"].reshape(-1, 6).astype(float)[1:], clean[data["index"]].astype(float)[1:]
     sizes, wanted_sizes = corners[:, 3:] - corners[:, :3], wanted[:, 3:] - wanted[:, :3]
     scale = sizes.max() / wanted_sizes.max()
     assert numpy.allclose(sizes, wanted_sizes * scale, atol=1e-5)
     assert numpy.ptp(corners[:, :3] - wanted[:, :3] * scale, axis=0).max() < 1e-5
-    assert numpy.abs(corners).max() <= 1.0001
+    assert 0.9 < numpy.abs(corners).max() <= 1.0001
+    assert 1.05 < numpy.abs(data["corners"][:6]).max() < 1.15
+
+
+def test_what_the_camera_shows() -> None:
+    from throng.view import _frame
+
+    boxes = numpy.float32([[k, 0, 0, k + 1, 1, 1] for k in range(10)] + [[0, 0, 0, 40, 1, 1], [-INF] * 3 + [INF, INF, 0]])
+    assert _frame.is_large(boxes).tolist() == [False] * 10 + [True, True]
+    low, high = _frame.bounds(boxes)
+    assert (low.tolist(), high.tolist()) == ([0, 0, 0], [10, 1, 1])
+    low, high = _frame.bounds(boxes[:0])
+    assert (high > low).all()
+    # Of many boxes, one that is far away changes nothing.
+    many = numpy.concatenate([boxes[:10]] * 100)
+    many[3] += numpy.float32(1e6)
+    assert _frame.bounds(many)[1].tolist() == [10, 1, 1]
+    # Only what moves counts, at the first, middle and last frame.
+    scene = numpy.stack([boxes[:10]] * 5)
+    assert _frame.moving(scene).tolist() == scene[0].tolist()
+    scene[1:, 2, [2, 5]] += numpy.float32([[5], [6], [7], [8]])
+    assert _frame.moving(scene)[:, 2].tolist() == [0, 6, 8]
+    assert len(_frame.moving([boxes, boxes[:3]])) == len(boxes) + 3 + 3 - 3
+
+
+def test_the_layout_of_the_viewer(tmp_path: Path) -> None:
+    chunk = pytest.importorskip("rerun.chunk")
+    import rerun
+
+    from throng.view._record import LEGEND, layout
+
+    boxes = numpy.float32([[k, 0, 0, k + 1, 1, 1] for k in range(10)])
+    stream = rerun.RecordingStream("layout")
+    stream.save(tmp_path / "layout.rrd", default_blueprint=layout(boxes))
+    stream.log("world/boxes", rerun.Boxes3D(mins=boxes[:, :3], sizes=boxes[:, 3:] - boxes[:, :3]))
+    stream.disconnect()
+    reader = chunk.RrdReader(tmp_path / "layout.rrd")
+    held: dict[str, Any] = {}
+    for part in reader.stream(store=reader.blueprints()[0]).to_chunks():
+        rows = part.to_record_batch()
+        for name in (name for name in rows.schema.names if ":" in name):
+            held[part.entity_path + " " + name] = rows.column(name).to_pylist()[0]
+    hidden = {re.split("[/ ]", path.split("world/")[1])[0] for path, value in held.items() if path.endswith("EntityBehavior:visible") and value == [False]}
+    assert hidden == {"pairs", "begun", "ended", "cells"}
+    (target,) = [value for path, value in held.items() if path.endswith("EyeControls3D:look_target")]
+    (position,) = [value for path, value in held.items() if path.endswith("EyeControls3D:position")]
+    assert numpy.allclose(target, [[5, 0.5, 0.5]])
+    assert 10 < numpy.linalg.norm(numpy.subtract(position, target)) < 15
+    assert [LEGEND] in held.values() and "\n" not in LEGEND
 
 
 def test_pages_of_other_boxes(tmp_path: Path) -> None:
@@ -367,8 +416,9 @@ def test_a_page_in_a_notebook(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 @pytest.mark.skipif(browser.PROGRAM is None, reason="no Chromium here")
 def test_the_drawn_page(tmp_path: Path) -> None:
-    """In a notebook's frame; THRONG_VIEW_PICTURE keeps the picture of the other page."""
-    page = show(SCENE[0][:300], path=tmp_path / "page.html")
+    """In a notebook's frame, on a light and on a dark screen: two boxes that overlap, and one alone."""
+    boxes = [[0, 0, 0, 2, 2, 2], [1, 1, 1, 3, 3, 3], [4, 0, 0, 6, 2, 2]]
+    page = show(boxes, path=tmp_path / "page.html")
     around = tmp_path / "notebook.html"
     around.write_text(f"<body>{page._repr_html_()}</body>", encoding="utf-8")
     console = tmp_path / "console"
@@ -376,15 +426,24 @@ def test_the_drawn_page(tmp_path: Path) -> None:
     try:
         shown.open(around.as_uri())
         script = (
-            "(() => { const c = document.querySelector('iframe')?.contentDocument?.getElementById('view');"
-            " if (!c || !c.width) return 0; const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
-            " let n = 0; for (let i = 0; i < d.length; i += 4) n += d[i] + d[i + 1] + d[i + 2] > 150; return n; })()"
+            "(() => { const inside = document.querySelector('iframe'), c = inside?.contentDocument?.getElementById('view');"
+            " if (!c || c.width < 100 || !inside.contentWindow.draw) return '';"
+            " inside.contentWindow.draw(); const gl = c.getContext('webgl2'), d = new Uint8Array(4 * c.width * c.height);"
+            " gl.readPixels(0, 0, c.width, c.height, gl.RGBA, gl.UNSIGNED_BYTE, d);"
+            " return [c.width, c.height, btoa(Array.from(d, (x) => String.fromCharCode(x)).join(''))].join(' '); })()"
         )
-        deadline = time.monotonic() + 120
-        bright = 0
-        while bright < 5000:  # pixels with a line
-            assert time.monotonic() < deadline, f"{bright} bright pixels; {console.read_text()[-2000:]}"
-            time.sleep(0.5)
-            bright = shown.call("Runtime.evaluate", expression=script, returnByValue=True)["result"].get("value", 0)
+        for scheme, paper in (("light", [250, 250, 248]), ("dark", [20, 23, 27])):
+            shown.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+            deadline = time.monotonic() + 120
+            while not (answer := shown.call("Runtime.evaluate", expression=script, returnByValue=True)["result"].get("value")):
+                assert time.monotonic() < deadline, console.read_text()[-2000:]
+                time.sleep(0.5)
+            width, height, text = answer.split()
+            pixels = numpy.frombuffer(base64.b64decode(text), numpy.uint8).reshape(int(height), int(width), 4)[:, :, :3]
+            assert (pixels[[0, 0, -1, -1], [0, -1, 0, -1]] == paper).all(), scheme
+            # A face is one colour: three for the boxes that overlap one other, three for the box alone.
+            colours, counts = numpy.unique(pixels.reshape(-1, 3), axis=0, return_counts=True)
+            faces = colours[(counts > 1000) & (colours != paper).any(axis=1)].astype(int)
+            assert len(faces) == 6 and (numpy.ptp(faces, axis=1) < 12).sum() == 3, (scheme, faces, counts)
     finally:
         shown.close()

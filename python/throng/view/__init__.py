@@ -1,6 +1,6 @@
 """Pictures of boxes: show(boxes, pairs) makes a page for a notebook or a browser.
 
-`python -m throng.view FILE.npy` shows boxes over time: coloured by their number of overlaps, pairs as
+`python -m throng.view FILE.npy` shows boxes over time: solid, coloured by their number of overlaps; pairs as
 lines, begun and ended pairs, the grid's cells and their occupancy, stage times and counts as curves,
 the largest boxes and the densest cells as lists. That needs Rerun: `pip install rerun-sdk`.
 """

@@ -12,7 +12,7 @@ import numpy
 
 import throng
 from throng.view import frames, record
-from throng.view._frame import MAX_DRAWN
+from throng.view._frame import MAX_DRAWN, moving
 from throng.view._record import layout
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def save(scene: Any, options: argparse.Namespace, stream: "rerun.RecordingStream
     part = Path(options.save + ".part")
     try:
         part.touch()
-        stream.save(part, default_blueprint=layout())
+        stream.save(part, default_blueprint=layout(moving(scene)))
         done = record(frames(scene, options.most, margin=options.margin), stream)
         stream.disconnect()
         os.replace(part, options.save)
@@ -76,7 +76,7 @@ def serve(scene: Any, options: argparse.Namespace, stream: "rerun.RecordingStrea
 
     address = stream.serve_grpc(
         grpc_port=options.data_port,
-        default_blueprint=layout(),
+        default_blueprint=layout(moving(scene)),
         server_memory_limit="50%",
         cors_allow_origin=[f"http://*:{options.port}"],
     )
@@ -111,7 +111,7 @@ def main(given: list[str] | None = None) -> int:
             screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
             if sys.platform == "linux" and not screen:
                 raise UserError("there is no display; give --save FILE.rrd, or --serve")
-            stream.spawn(default_blueprint=layout())
+            stream.spawn(default_blueprint=layout(moving(scene)))
             record(frames(scene, options.most, margin=options.margin), stream)
     except (UserError, ValueError, MemoryError) as error:
         print(f"throng.view: {error}", file=sys.stderr)

@@ -14,6 +14,10 @@ Pairs = NDArray[numpy.uint32]
 
 # Maximum number of drawn boxes: the viewer stays smooth.
 MAX_DRAWN = 200_000
+# Boxes this many times larger than the median box would hide the others, and the camera ignores them.
+LARGE = 30
+# The share of boxes at each end of each axis that the camera ignores.
+OUTLIERS = 0.002
 
 
 @dataclass(frozen=True)
@@ -132,3 +136,35 @@ def choose(
         chosen[crowded] = True
         chosen[largest[:most]] = True
     return numpy.flatnonzero(chosen & active)
+
+
+def is_large(boxes: NDArray[Any]) -> NDArray[numpy.bool_]:
+    """(n,): whether a box is infinite, or LARGE times larger than the median box."""
+    with numpy.errstate(invalid="ignore", over="ignore"):
+        extents = (boxes[:, 3:] - boxes[:, :3]).max(axis=1)
+    finite = numpy.isfinite(boxes).all(axis=1) & numpy.isfinite(extents)
+    some = extents[finite & (extents > 0)]
+    limit = LARGE * float(numpy.median(some)) if some.size else 0.0
+    large: NDArray[numpy.bool_] = ~finite | (extents > limit)
+    return large
+
+
+def bounds(boxes: NDArray[Any]) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
+    """Lower and upper corner of what a camera shows: of the boxes that are not large, without outliers."""
+    some = boxes[(boxes[:, :3] <= boxes[:, 3:]).all(axis=1)]
+    some = some[~is_large(some)].astype(numpy.float64)
+    if not len(some):
+        return numpy.zeros(3), numpy.ones(3)
+    low = numpy.quantile(some[:, :3], OUTLIERS, axis=0, method="lower")
+    return low, numpy.quantile(some[:, 3:], 1 - OUTLIERS, axis=0, method="higher")
+
+
+def moving(scene: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
+    """(k, 6): the boxes that move, at the first, middle and last frame; all boxes if none moves."""
+    some = [numpy.asarray(scene[k]) for k in sorted({0, len(scene) // 2, len(scene) - 1})]
+    if any(len(boxes) != len(some[0]) for boxes in some):
+        return numpy.concatenate(some)
+    moves = numpy.zeros(len(some[0]), bool)
+    for boxes in some:
+        moves |= (boxes != some[0]).any(axis=1)
+    return numpy.concatenate([boxes[moves] for boxes in some] if moves.any() else some[:1])

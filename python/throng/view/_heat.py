@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from throng.view._frame import Frame
 
-# Colours from few to many.
+# Colours from few to many: Viridis without its darkest fifth, which dark screens do not show. Its lightness
+# increases, so that it is readable with any kind of colour vision.
 SCALE = numpy.array(
-    [[68, 60, 140], [59, 110, 150], [40, 160, 140], [110, 205, 90], [253, 231, 37], [255, 120, 60]]
-)
+    [[65, 68, 135], [53, 95, 141], [42, 120, 142], [33, 145, 140], [34, 168, 132], [68, 191, 112],
+     [122, 209, 81], [189, 223, 38], [253, 231, 37]]
+)  # fmt: skip
 EMPTY = [44, 46, 52]
 BACKGROUND = [24, 25, 28]
 # Pixels of the longer side; and per cell, if there are few cells.
@@ -99,7 +101,7 @@ class HeatMap:
         """Places (k, 2) in pixels, and what to write there: the axes above, the scale's numbers below."""
         height, width = self.counts.shape
         ends = [f"{axis} {low:.4g} to {high:.4g}" for axis, low, high in zip(self.axes, self.low, self.high)]
-        places, said = [(width / 2, -2.0 * self.strip)], [f"right: {ends[0]}; up: {ends[1]}"]
+        places, said = [(width / 2, -3.0 * self.strip)], [f"right: {ends[0]}; up: {ends[1]}"]
         for number in self.scale.marks():
             places.append((float(self.scale.at(numpy.array(number))) * width, height + 2.0 * self.strip))
             said.append(f"{number:,}" + (" boxes" if number == self.scale.most else ""))

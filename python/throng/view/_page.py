@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 from throng import _throng
 from throng._find import find_pairs
 from throng._types import BoxesLike
-from throng.view._frame import choose
+from throng.view._frame import bounds, choose, is_large
 from throng.view._heat import mixed
 
 # Boxes and pairs that a browser turns smoothly.
 MAX_BOXES, MAX_PAIRS = 5000, 20000
-# Number of overlaps with the last colour.
-FULL = 64
-NO_OVERLAP = "#78787f"
+NO_OVERLAP = "#86868e"
 COLOURS = 12
+# Of an outlier, in units of half the size of what the camera shows.
+MAX_DISTANCE = 1e6
 
 
 class Page:
@@ -67,12 +67,13 @@ def show(
     *,
     most: int = MAX_BOXES,
 ) -> Page:
-    """Draws boxes and pairs, to be turned with the mouse.
+    """Draws boxes as solids, coloured by their number of overlaps, to be turned with the mouse.
 
     In a notebook, the last value of a cell is drawn. In a script, the page is written to a temporary
     file and opened in a browser, if there is a screen. Prints nothing.
 
-    boxes: as for find_pairs, without worlds; z points up. A box with a NaN or lower > upper is not drawn.
+    boxes: as for find_pairs, without worlds; z points up. A box with a NaN or lower > upper is not drawn;
+        one that is infinite or 30 times larger than the median box is an outline.
     pairs: (m, 2) indices of boxes, or (m, 3) as BroadPhase.pairs; None: those of find_pairs.
     path: the file for the page, which is then not opened.
     most: the number of boxes to draw; of more, a sample. The numbers of overlaps are of all.
@@ -151,7 +152,8 @@ def _text(rows: NDArray[numpy.float64], given: Any, most: int) -> str:
     drawn = number[pairs]
     drawn = drawn[(drawn >= 0).all(axis=1)]
     lines = drawn[:: -(-len(drawn) // MAX_PAIRS)] if len(drawn) > MAX_PAIRS else drawn
-    corners = _centered(boxes[shown])
+    large = is_large(boxes[shown])
+    corners = _centered(boxes[shown], large)
     title = f"{_number(len(boxes), 'box', 'boxes')}, {_number(len(pairs), 'pair', 'pairs')}"
     if len(shown) < len(boxes):
         title += f"; {len(shown):,} boxes drawn"
@@ -161,7 +163,7 @@ def _text(rows: NDArray[numpy.float64], given: Any, most: int) -> str:
     data = {
         "title": title,
         "flat": is_flat,
-        "full": FULL,
+        "outlined": numpy.flatnonzero(large).tolist(),
         "colours": [NO_OVERLAP, *scale],
         "corners": _base64(corners, numpy.float32),
         "index": _base64(shown, numpy.uint32),
@@ -181,19 +183,18 @@ def _base64(values: NDArray[Any], kind: Any) -> str:
     return base64.b64encode(little.tobytes()).decode("ascii")
 
 
-def _centered(boxes: NDArray[numpy.float64]) -> NDArray[numpy.float64]:
-    """The boxes from the middle of them all, the largest distance 1; infinite ones clipped to the
-    range of the others.
+def _centered(
+    boxes: NDArray[numpy.float64], large: NDArray[numpy.bool_]
+) -> NDArray[numpy.float64]:
+    """The boxes from the middle of what the camera shows, the largest distance to its sides 1. Large
+    boxes are clipped a little farther out.
     """
-    ends = boxes.reshape(-1, 3)
-    finite = numpy.where(numpy.isfinite(ends), ends, numpy.nan)
-    low, high = numpy.zeros(3), numpy.ones(3)
-    for k in range(3):
-        if numpy.isfinite(finite[:, k]).any():
-            low[k], high[k] = numpy.nanmin(finite[:, k]), numpy.nanmax(finite[:, k])
+    low, high = bounds(boxes)
     # Halves: the difference of two finite numbers may be infinite.
     middle, reach = high / 2 + low / 2, (high / 2 - low / 2).max() or 1.0
-    clipped = numpy.clip(ends, low - reach / 10, high + reach / 10)
-    # A range that is infinite in float64 when it is extended.
-    inside = numpy.where(numpy.isfinite(clipped), clipped, numpy.where(clipped < 0, low, high))
-    return ((inside / 2 - middle / 2) / (reach / 2)).reshape(-1, 6)
+    with numpy.errstate(over="ignore"):
+        corners = (boxes.reshape(-1, 3) / 2 - middle / 2) / (reach / 2)
+        edge = (high / 2 - low / 2) / reach + 0.1
+    clipped = numpy.clip(corners, -edge, edge)
+    farthest = numpy.clip(corners, -MAX_DISTANCE, MAX_DISTANCE)
+    return numpy.where(large.repeat(2)[:, None], clipped, farthest).reshape(-1, 6)

@@ -6,20 +6,19 @@ from typing import TYPE_CHECKING, Any
 import numpy
 from numpy.typing import NDArray
 
-from throng.view._frame import Frame, Pairs
-from throng.view._heat import BACKGROUND, MAX_LABELS, heat_map, mixed
+from throng.view._frame import Frame, Pairs, bounds
+from throng.view._heat import BACKGROUND, MAX_LABELS, SCALE, heat_map, mixed
 
 if TYPE_CHECKING:
     import rerun
 
 # Number of overlaps with the last colour: the scale is the same for all frames and files.
-FULL = 64
-# More boxes than this are drawn as edges only.
-FILLED = 20_000
+FULL = 32
 NO_OVERLAP = [120, 120, 130]
 BEGAN, ENDED, PAIR = [80, 220, 100], [235, 80, 70], [150, 170, 255]
 # On the map: outlines of the densest cells and of the largest boxes, labels.
 DENSE, LARGE, WORDS = [15, 16, 18], [255, 255, 255], [200, 200, 205]
+LEGEND = f"Overlaps per box: grey 0, blue 1, green 8, yellow {FULL} or more"
 STAGES = "plan_ms", "bin_ms", "find_ms", "order_ms", "total_ms"
 COUNTS = "pairs", "begun", "ended"
 
@@ -30,13 +29,25 @@ def colours(overlaps: NDArray[Any]) -> NDArray[numpy.uint8]:
     return numpy.where(overlaps[:, None] > 0, mixed(at), NO_OVERLAP).astype(numpy.uint8)
 
 
-def layout() -> "rerun.blueprint.Blueprint":
-    """The layout of the viewer."""
+def layout(shown: NDArray[Any]) -> "rerun.blueprint.Blueprint":
+    """The layout of the viewer. `shown`: the boxes (n, 6) at which the camera looks."""
     import rerun.blueprint as bp
 
+    low, high = bounds(shown)
+    middle = (low + high) / 2
+    # So far that a sphere around them is inside the view.
+    away = 1.1 * max(float(numpy.linalg.norm(high - low)), 1e-6)
+    hidden = bp.EntityBehavior(visible=False)
     return bp.Blueprint(
         bp.Horizontal(
-            bp.Spatial3DView(origin="/world", name="Boxes, pairs, cells"),
+            bp.Spatial3DView(
+                origin="/world",
+                name=LEGEND,
+                overrides={f"world/{name}": hidden for name in ("pairs", "begun", "ended", "cells")},
+                eye_controls=bp.EyeControls3D(
+                    position=middle + away * numpy.array([0.55, -0.75, 0.36]), look_target=middle, eye_up=[0, 0, 1]
+                ),
+            ),
             bp.Vertical(
                 bp.Horizontal(
                     bp.Tabs(
@@ -64,7 +75,7 @@ def layout() -> "rerun.blueprint.Blueprint":
         ),
         bp.TimePanel(timeline="frame", state="collapsed", play_state="following"),
         bp.SelectionPanel(state="hidden"),
-        bp.BlueprintPanel(state="hidden"),
+        bp.BlueprintPanel(state="collapsed"),
     )
 
 
@@ -104,7 +115,7 @@ def _world(stream: "rerun.RecordingStream", frame: Frame) -> None:
             mins=corners[:, :3],
             sizes=corners[:, 3:] - corners[:, :3],
             colors=colours(frame.overlaps[frame.shown]),
-            fill_mode="transparentfillmajorwireframe" if len(corners) <= FILLED else "majorwireframe",
+            fill_mode="solid",
         ),
     )
     for name, colour in (("pairs", PAIR), ("begun", BEGAN), ("ended", ENDED)):
@@ -153,7 +164,7 @@ def _grid(stream: "rerun.RecordingStream", frame: Frame) -> None:
     # A class without cells has a bar of height 0.
     bars = numpy.zeros(max(c.least for c in classes).bit_length(), numpy.int64)
     bars[[c.least.bit_length() - 1 for c in classes]] = [c.cells for c in classes]
-    stream.log("grid/distribution", rr.BarChart(bars, color=[40, 160, 140]))
+    stream.log("grid/distribution", rr.BarChart(bars, color=SCALE[3].tolist()))
 
 
 def lists(frame: Frame) -> str:
@@ -164,9 +175,9 @@ def lists(frame: Frame) -> str:
         f"{len(frame.begun):,} began, {len(frame.ended):,} ended. {plan.algorithm}: {plan.reason}; "
         f"{explanation.tests_per_box:.1f} tests per box.",
         "",
-        f"Boxes: grey overlaps none, blue 1, green about 10, yellow 30, orange {FULL} or more.  Lines: pairs; "
-        "green ones began, red ones ended. On the map: boxes per cell, by the scale below it; black: "
-        "the densest cells; white: the largest boxes.",
+        f"{LEGEND}. Hidden until the panel on the left shows them: lines for pairs, green for begun, red for "
+        "ended ones; cells. On the map: boxes per cell, by the scale below it; black: the densest cells; "
+        "white: the largest boxes.",
         "",
         "| largest boxes | extent | overlaps | cells |",
         "|---|---|---|---|",
