@@ -2,6 +2,7 @@
 lavapipe (Debian's mesa-vulkan-drivers) a CPU runs it.
 """
 
+import json
 import os
 import re
 import sys
@@ -90,7 +91,7 @@ def decades(n: int, r: Any) -> BoxArray:
 def scattered_decades(n: int, r: Any) -> BoxArray:
     """Coordinates and sizes over 20 decades, on both sides of 0."""
     at = 10.0 ** r.uniform(-10, 10, (n, 3)) * r.choice([-1, 1], (n, 3))
-    half = abs(at) * 10.0 ** r.uniform(-6, -1, (n, 1))
+    half = abs(at) * 10.0 ** r.uniform(-6, 0.5, (n, 1))
     return numpy.concatenate([at - half, at + half], 1).astype(numpy.float32)
 
 
@@ -426,6 +427,20 @@ def run_test_shader(device: Any, files: list[str], code: str, *arrays: NDArray[A
     return download(device, buffers[-1])[: len(arrays[-1])]
 
 
+def test_sizes_are_those_of_the_list_of_steps() -> None:
+    listed = json.loads((WGSL / "steps.json").read_text())
+    for n, m in ((0, 0), (1, 1), (64, 255), (65, 256), (2047, 10**6), (4096, 257), (4097, 7), (10**6, 2**24)):
+        workgroups, bytes_of = throng.webgpu._sizes(n, m, True)
+        names = {"n": n, "m": m, "min": min, "max": max, **workgroups}
+        for found, texts in ((workgroups, listed["workgroups"]), (bytes_of, listed["bytes"])):
+            assert found == {name: eval(text, names) for name, text in texts.items()}
+    for step in listed["steps"].values():
+        assert step["workgroups"] in listed["workgroups"]
+        assert {b for b in step["buffers"] if b} <= set(listed["bytes"])
+        # The default limit of WebGPU; one of the buffers is uniform.
+        assert len([b for b in step["buffers"] if b and b != "parameters"]) <= 8
+
+
 def test_the_pair_index_is_exact(device: Any) -> None:
     """At the first and last tile of columns, up to the last index of 32 bits."""
     columns = numpy.unique(
@@ -552,6 +567,21 @@ def test_errors(device: Any, monkeypatch: Any) -> None:
     equal = numpy.zeros((100, 6), numpy.float32)
     with pytest.raises(MemoryError, match="4950 pairs were found, a buffer of this device holds 4000 .*max-storage-buffer"):
         small.find(equal)
+
+
+def test_lost_and_other_devices(device: Any) -> None:
+    boxes = uniform(10, numpy.random.default_rng(1))
+    finder = GpuFinder()
+    given = upload(finder.device, boxes)
+    with pytest.raises(ValueError, match="boxes: found a buffer of another device"):
+        GpuFinder(device).find_on_gpu(given, 10, capacity=10)
+    check(finder, boxes)
+    finder.device.destroy()
+    with pytest.raises(RuntimeError, match="lost .* make another GpuFinder"):
+        finder.find(boxes)
+    with pytest.raises(RuntimeError, match="lost .* make another GpuFinder"):
+        finder.find_on_gpu(given, 10, capacity=10)
+    check(GpuFinder(device), boxes)
 
 
 def test_without_wgpu_or_adapter(monkeypatch: Any) -> None:

@@ -13,6 +13,8 @@ needs the package wgpu; `import throng` does not import it.
 import json
 import struct
 import weakref
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NoReturn
@@ -31,7 +33,7 @@ _SCAN_BLOCK = 2048  # see scan_cells.wgsl
 _TILE = 64
 _REPORT_BYTES = 64
 _COUNTS_BYTES = 32
-_GRID_BYTES = 2048 + 64
+_GRID_BYTES = 2016  # see size_class_grid.wgsl
 _FIRST_CAPACITY = 4096
 _LARGEST_COUNT = 2**29 - 1  # boxes; a thread's comparisons fit pair_output.wgsl
 
@@ -186,15 +188,22 @@ class GpuFinder:
             (group b & mask a) nonzero; a missing one counts as all ones.
 
         Raises TypeError, ValueError (shape, NaN, too many boxes), MemoryError (more pairs than a buffer
-        of the device holds). The message names the argument, the value and the fix.
+        of the device holds), RuntimeError (the device is lost). The message names the argument, the
+        value and the fix.
         """
         array = _as_boxes(boxes)
-        n = len(array)
-        self._check_count(n)
-        filters = _as_filters(group, mask, n)
-        if n == 0:
+        self._check_count(len(array))
+        filters = _as_filters(group, mask, len(array))
+        if len(array) == 0:
             self._result = GpuResult(0, 0, 0, 0, 0, 0, self._frame(0))
             return numpy.empty((0, 2), numpy.uint32)
+        with self._errors():
+            return self._find(array, filters)
+
+    def _find(
+        self, array: NDArray[numpy.float32], filters: NDArray[numpy.uint32] | None
+    ) -> NDArray[numpy.uint32]:
+        n = len(array)
         queue = self._device.queue
         given = self._reserve("boxes", 24 * n)
         queue.write_buffer(given, 0, array)
@@ -261,7 +270,7 @@ class GpuFinder:
         encoder: a wgpu.GPUCommandEncoder of the device, to which the search is added; None: it is submitted.
 
         A NaN raises no error: its box is inactive, and `counts` has the number. Raises TypeError and
-        ValueError for other arguments.
+        ValueError for other arguments, RuntimeError if the device is lost.
         """
         wgpu = self._wgpu
         self._check_count(_whole("count", count, _LARGEST_COUNT))
@@ -279,14 +288,27 @@ class GpuFinder:
             raise TypeError(
                 f"encoder: found a {type(encoder).__name__}, wanted a wgpu.GPUCommandEncoder or None"
             )
-        pairs = self._reserve("pairs", 8 * max(capacity, 1)) if pairs is None else pairs
-        counts = self._reserve("counts", _COUNTS_BYTES) if counts is None else counts
-        own = encoder is None
-        encoder = self._device.create_command_encoder() if own else encoder
-        self._record(encoder, boxes, count, stride, filters, pairs, counts, capacity)
-        if own:
-            self._device.queue.submit([encoder.finish()])
+        with self._errors():
+            pairs = self._reserve("pairs", 8 * max(capacity, 1)) if pairs is None else pairs
+            counts = self._reserve("counts", _COUNTS_BYTES) if counts is None else counts
+            own = encoder is None
+            encoder = self._device.create_command_encoder() if own else encoder
+            self._record(encoder, boxes, count, stride, filters, pairs, counts, capacity)
+            if own:
+                self._device.queue.submit([encoder.finish()])
         return GpuPairs(pairs, counts, capacity)
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        try:
+            yield
+        except self._wgpu.GPUError as error:
+            if "lost" not in str(error):
+                raise
+            raise RuntimeError(
+                "the GPU device of this GpuFinder is lost (the driver was reset, or device.destroy() was "
+                "called): make another GpuFinder, and upload the boxes again"
+            ) from error
 
     # ---- the frame ------------------------------------------------------------------------------
 
@@ -309,32 +331,7 @@ class GpuFinder:
         """Records all steps of a frame; returns their number."""
         is_sorted = self._order == "canonical"
         frame = self._frame(count)
-        table_cells = count * 9 // 4 + 1024
-        tiles = -(-count // _TILE)
-        table_blocks = -(-(table_cells + _ROW_CELLS + 1) // _SCAN_BLOCK)
-        row_blocks = -(-(count + 1) // _SCAN_BLOCK)
-        workgroups = {
-            "one": 1,
-            "boxes_by_256": -(-count // 256),
-            "boxes_by_64": -(-count // 64),
-            "tiles": tiles * (tiles + 1) // 2,
-            "table_blocks": table_blocks,
-            "row_blocks": row_blocks,
-            "pairs_by_256": min(-(-capacity // 256), 4096),
-            "many": min(count, 1024),
-        }
-        bytes_of = {
-            "report": _REPORT_BYTES,
-            "records": 32 * count,
-            "grid": _GRID_BYTES,
-            "table": 4 * _SCAN_BLOCK * table_blocks,
-            "sums": 4 * max(table_blocks, row_blocks),
-            "places": 8 * count,
-            "firsts": 4 * _SCAN_BLOCK * row_blocks if is_sorted else 4,
-            "rows": 4 * count,
-            "found": 8 * capacity,
-            "filters": 8,
-        }
+        workgroups, bytes_of = _sizes(count, capacity, is_sorted)
         bound = {"boxes": boxes, "pairs": pairs, "counts": counts}
         if not is_sorted:
             bound["found"] = pairs
@@ -347,13 +344,14 @@ class GpuFinder:
                 stride // 4,
                 3 if stride == 24 else 4,
                 capacity,
-                table_cells,
+                _table_cells(count),
                 filters is not None,
                 is_sorted,
                 0,
             )
         )
         steps = self._frames[frame + " sorted" if is_sorted else frame]
+        bytes_of["filters"] = 8  # unless given; then not read
         # All before any is bound: a buffer that grows is another one.
         for name in steps:
             for buffer in [name[6:]] if name.startswith("clear ") else self._steps[name]["buffers"]:
@@ -445,6 +443,8 @@ class GpuFinder:
         wgpu = self._wgpu
         if not isinstance(buffer, wgpu.GPUBuffer):
             raise TypeError(f"{name}: found a {type(buffer).__name__}, wanted a wgpu.GPUBuffer")
+        if getattr(buffer, "_device", self._device) is not self._device:
+            raise ValueError(f"{name}: found a buffer of another device, wanted one of GpuFinder.device")
         if buffer.size < size:
             raise ValueError(f"{name}: found a buffer of {buffer.size} bytes, wanted at least {size}")
         if not buffer.usage & wgpu.BufferUsage.STORAGE:
@@ -463,6 +463,44 @@ class GpuFinder:
                 f"boxes: {report.inverted_count} of {count} boxes have lower > upper, the first is box "
                 f"{report.first_inverted}; fix them, or for empty slots pass inverted='inactive'"
             )
+
+
+def _table_cells(count: int) -> int:
+    return count * 9 // 4 + 1024
+
+
+def _sizes(count: int, capacity: int, is_sorted: bool) -> tuple[dict[str, int], dict[str, int]]:
+    """Workgroups of the steps, and bytes of the buffers, by the names in steps.json."""
+    tiles = -(-count // _TILE)
+    table_blocks = -(-(_table_cells(count) + _ROW_CELLS + 1) // _SCAN_BLOCK)
+    row_blocks = -(-(count + 1) // _SCAN_BLOCK)
+    workgroups = {
+        "one": 1,
+        "boxes_by_256": -(-count // 256),
+        "boxes_by_64": -(-count // 64),
+        "tiles": tiles * (tiles + 1) // 2,
+        "table_blocks": table_blocks,
+        "row_blocks": row_blocks,
+        "pairs_by_256": min(-(-capacity // 256), 4096),
+        "long_rows": min(-(-count // 64), 256),
+    }
+    bytes_of = {
+        "parameters": 32,
+        "boxes": 24 * count,
+        "filters": 8 * count,
+        "records": 32 * count,
+        "grid": _GRID_BYTES,
+        "table": 4 * _SCAN_BLOCK * table_blocks,
+        "sums": 4 * max(table_blocks, row_blocks),
+        "places": 8 * count,
+        "pairs": 8 * capacity,
+        "found": 8 * capacity,
+        "firsts": 4 * _SCAN_BLOCK * row_blocks if is_sorted else 4,
+        "rows": 4 * count,
+        "report": _REPORT_BYTES,
+        "counts": _COUNTS_BYTES,
+    }
+    return workgroups, bytes_of
 
 
 def _default_device(wgpu: Any) -> Any:

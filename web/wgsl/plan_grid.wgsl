@@ -120,26 +120,31 @@ fn compact(lane: u32) {
   }
 }
 
-// Counts the corners by the exponents of their floats, without those that are infinite or nearly so
-// (2e31).
+// Counts the finite corners by the exponents of their floats.
 fn count_exponents(lane: u32) {
   if lane >= sample_count { return; }
   for (var axis = 0u; axis < 3u; axis++) {
     for (var k = 0u; k < 2u; k++) {
       let key = select(lower_keys[axis][lane], upper_keys[axis][lane], k == 1u);
       let exponent = (bits_of_key(key) >> 23u) & 255u;
-      if exponent < 231u { atomicAdd(&histogram[axis * 256u + exponent], 1u); }
+      if exponent < 255u { atomicAdd(&histogram[axis * 256u + exponent], 1u); }
     }
   }
 }
 
-// The unit of an axis: 95 % of the corners are below 2^28 units.
+// The unit of an axis: 95 % of the corners are below 2^28 units, without those beyond 2e31, which stand
+// for infinite ones where they are less than half.
 fn choose_exponent(axis: u32) {
+  var usual = 0u;
   var all = 0u;
-  for (var e = 0u; e < 231u; e++) { all += atomicLoad(&histogram[axis * 256u + e]); }
+  for (var e = 0u; e < 255u; e++) {
+    all += atomicLoad(&histogram[axis * 256u + e]);
+    if e < 231u { usual = all; }
+  }
+  if usual * 2u > all { all = usual; }
   var exponent = 0u;
   var seen = 0u;
-  while exponent < 230u {
+  while exponent < 254u {
     seen += atomicLoad(&histogram[axis * 256u + exponent]);
     if seen * 20u >= all * 19u { break; }
     exponent++;
@@ -426,7 +431,7 @@ fn divide(candidate: u32) {
     // Layers of rods that would all fit in one such cell are divided by a few thin cells.
     let thick = sorted[k][n - 1u - n / 10u];
     if is_rods && count < 2.0 && 4.0 * thick < length[k] { count = min(8.0, length[k] / (2.0 * max(thick, 1.0))); }
-    cells[k] = u32(clamp(count, 1.0, min(max_class_cells, length[k] / factors[k])));
+    cells[k] = clamp(u32(min(count, min(max_class_cells, length[k] / factors[k]))), 1u, u32(max_class_cells));
   }
   let reach = sorted[longest][select(n - 1u, n - 1u - n / 10u, is_rods)];
   doublings = select(0u, 1u, is_rods);
