@@ -2,10 +2,12 @@
 lavapipe (Debian's mesa-vulkan-drivers) a CPU runs it.
 """
 
+import gc
 import json
 import os
 import re
 import sys
+import weakref
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -364,6 +366,18 @@ def test_buffers_of_the_gpu(device: Any, algorithm: Any, order: Any) -> None:
             assert numpy.array_equal(own, expected[:written])
 
 
+def test_buffers_of_the_caller_are_not_kept(device: Any) -> None:
+    finder = GpuFinder(device)
+    boxes = upload(device, uniform(100, numpy.random.default_rng(1)))
+    pairs = device.create_buffer(size=8000, usage=wgpu.BufferUsage.STORAGE)
+    watched = weakref.ref(boxes), weakref.ref(pairs)
+    for _ in range(2):
+        finder.find_on_gpu(boxes, 100, capacity=1000, pairs=pairs)
+    del boxes, pairs
+    gc.collect()
+    assert watched[0]() is None and watched[1]() is None
+
+
 def test_a_pass_of_the_caller_reads_the_pairs(device: Any) -> None:
     """In the caller's encoder, with boxes as a WGSL struct of two vec3, and with an indirect dispatch."""
     boxes = uniform(5000, numpy.random.default_rng(9))
@@ -562,6 +576,12 @@ def test_errors(device: Any, monkeypatch: Any) -> None:
     monkeypatch.setattr(finder, "_max_bytes", 32 * 9)
     with pytest.raises(ValueError, match="boxes: found 10 boxes, wanted at most 9: .*max-storage-buffer-binding-size"):
         finder.find(boxes)
+    brute = GpuFinder(device, algorithm="all-pairs")
+    monkeypatch.setattr(brute, "_max_bytes", 2**31)
+    with pytest.raises(ValueError, match="boxes: found 6000000 boxes, wanted at most 5931456: .*algorithm='all-pairs'"):
+        brute.find_on_gpu(given, 6_000_000, capacity=1)
+    tiles = brute.max_boxes // 64
+    assert tiles * (tiles + 1) // 2 <= 65535**2 < (tiles + 1) * (tiles + 2) // 2
     small = GpuFinder(device)
     monkeypatch.setattr(small, "_max_bytes", 8 * 4000)
     equal = numpy.zeros((100, 6), numpy.float32)

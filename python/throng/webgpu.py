@@ -35,7 +35,8 @@ _REPORT_BYTES = 64
 _COUNTS_BYTES = 32
 _GRID_BYTES = 2016  # see size_class_grid.wgsl
 _FIRST_CAPACITY = 4096
-_LARGEST_COUNT = 2**29 - 1  # boxes; a thread's comparisons fit pair_output.wgsl
+_LARGEST_COUNT = 2**29 - 1  # boxes, whose words have indices of 32 bits
+_MOST_TILES = 92679  # of brute force: their pairs are no more than workgroups in two dimensions
 
 _pipelines: weakref.WeakKeyDictionary[Any, dict[str, Any]] = weakref.WeakKeyDictionary()
 
@@ -147,7 +148,7 @@ class GpuFinder:
         self._max_bytes = most & ~15
         manifest = json.loads((_folder() / "steps.json").read_text("utf-8"))
         self._steps: dict[str, Any] = manifest["steps"]
-        self._frames: dict[str, list[str]] = manifest["frames"]
+        self._frames: dict[str, dict[str, list[str]]] = manifest["frames"]
         # Compiled once per device: that takes seconds for all steps.
         self._pipelines = _pipelines.setdefault(self._device, {})
         self._buffers: dict[str, Any] = {}
@@ -171,12 +172,13 @@ class GpuFinder:
     @property
     def max_boxes(self) -> int:
         """The most boxes that the device's limits allow."""
-        return int(min(_LARGEST_COUNT, self._max_bytes // 32))
+        most = _MOST_TILES * _TILE if self._algorithm == "all-pairs" else _LARGEST_COUNT
+        return int(min(most, self._max_bytes // 32))
 
     @property
     def max_pairs(self) -> int:
         """The most pairs that the device's limits allow in one buffer."""
-        return int(min(2**32 - 1, self._max_bytes // 8))
+        return int(min(2**31, self._max_bytes // 8))
 
     def find(self, boxes: Any, *, group: Any = None, mask: Any = None) -> NDArray[numpy.uint32]:
         """All pairs of overlapping boxes, (m, 2) uint32, first < second, each pair once.
@@ -259,14 +261,14 @@ class GpuFinder:
         """Finds pairs of boxes in the memory of the GPU, without reading anything back.
 
         boxes: a wgpu.GPUBuffer of float32 with usage STORAGE.
-        stride: bytes from one box to the next: 24 for lower x, y, z, upper x, y, z; 32 for a WGSL struct of two
-            vec3<f32>.
+        stride: bytes from one box to the next: 24 for lower x, y, z, upper x, y, z; 32 for a WGSL struct of
+            two vec3<f32>.
         count: the number of boxes.
         capacity: space for this many pairs. All are counted, written or not; in canonical order none is
             written if they do not fit.
         filters: a wgpu.GPUBuffer of (group, mask), uint32, per box.
-        pairs, counts: the caller's buffers of 8 * capacity and of 32 bytes, with usage STORAGE; None: those of
-            the finder, with usages STORAGE, COPY_SRC and INDIRECT.
+        pairs, counts: the caller's buffers of 8 * capacity and of 32 bytes, with usage STORAGE; None: those
+            of the finder, with usages STORAGE, COPY_SRC and INDIRECT.
         encoder: a wgpu.GPUCommandEncoder of the device, to which the search is added; None: it is submitted.
 
         A NaN raises no error: its box is inactive, and `counts` has the number. Raises TypeError and
@@ -330,7 +332,7 @@ class GpuFinder:
     ) -> int:
         """Records all steps of a frame; returns their number."""
         is_sorted = self._order == "canonical"
-        frame = self._frame(count)
+        name = self._frame(count)
         workgroups, bytes_of = _sizes(count, capacity, is_sorted)
         bound = {"boxes": boxes, "pairs": pairs, "counts": counts}
         if not is_sorted:
@@ -350,30 +352,26 @@ class GpuFinder:
                 0,
             )
         )
-        steps = self._frames[frame + " sorted" if is_sorted else frame]
+        frame = self._frames[name + " sorted" if is_sorted else name]
         bytes_of["filters"] = 8  # unless given; then not read
         # All before any is bound: a buffer that grows is another one.
-        for name in steps:
-            for buffer in [name[6:]] if name.startswith("clear ") else self._steps[name]["buffers"]:
-                if buffer is not None and buffer not in bound:
-                    bound[buffer] = self._reserve(buffer, bytes_of[buffer])
-        dispatches = 0
-        for name in steps:
-            if name.startswith("clear "):
-                encoder.clear_buffer(bound[name[6:]], 0, bytes_of[name[6:]])
-                continue
-            step = self._steps[name]
-            pipeline = self._pipeline(name)
-            buffers = [None if b is None else bound[b] for b in step["buffers"]]
-            groups = workgroups[step["workgroups"]]
+        needed = frame["clear"] + [b for step in frame["steps"] for b in self._steps[step]["buffers"]]
+        for buffer in needed:
+            if buffer is not None and buffer not in bound:
+                bound[buffer] = self._reserve(buffer, bytes_of[buffer])
+        for buffer in frame["clear"]:
+            encoder.clear_buffer(bound[buffer], 0, bytes_of[buffer])
+        compute = encoder.begin_compute_pass()
+        for step in frame["steps"]:
+            pipeline = self._pipeline(step)
+            buffers = [None if b is None else bound[b] for b in self._steps[step]["buffers"]]
+            groups = workgroups[self._steps[step]["workgroups"]]
             width = min(groups, _MAX_WORKGROUPS)
-            compute = encoder.begin_compute_pass()
             compute.set_pipeline(pipeline)
-            compute.set_bind_group(0, self._bind_group(name, pipeline, buffers))
+            compute.set_bind_group(0, self._bind_group(step, pipeline, buffers))
             compute.dispatch_workgroups(width, -(-groups // width) if width else 0)
-            compute.end()
-            dispatches += 1
-        return dispatches
+        compute.end()
+        return len(frame["steps"])
 
     def _pipeline(self, name: str) -> Any:
         if name not in self._pipelines:
@@ -387,20 +385,25 @@ class GpuFinder:
         return self._pipelines[name]
 
     def _bind_group(self, name: str, pipeline: Any, buffers: list[Any]) -> Any:
+        """Kept if all buffers are the finder's: those of the caller are not kept alive."""
+        own = [*self._buffers.values(), *self._parameters.values()]
+        keeps = all(b is None or any(b is other for other in own) for b in buffers)
         key = name, *map(id, buffers)
-        if key not in self._bind_groups:
+        if keeps and key in self._bind_groups:
+            return self._bind_groups[key][0]
+        group = self._device.create_bind_group(
+            layout=pipeline.get_bind_group_layout(0),
+            entries=[
+                {"binding": k, "resource": {"buffer": buffer}}
+                for k, buffer in enumerate(buffers)
+                if buffer is not None
+            ],
+        )
+        if keeps:
             if len(self._bind_groups) >= 256:
                 self._bind_groups.clear()
-            group = self._device.create_bind_group(
-                layout=pipeline.get_bind_group_layout(0),
-                entries=[
-                    {"binding": k, "resource": {"buffer": buffer}}
-                    for k, buffer in enumerate(buffers)
-                    if buffer is not None
-                ],
-            )
-            self._bind_groups[key] = group, buffers  # keeps the buffers, so that no id is reused
-        return self._bind_groups[key][0]
+            self._bind_groups[key] = group, buffers  # while the buffers live, no id is reused
+        return group
 
     def _uniform(self, data: bytes) -> Any:
         """A buffer with these parameters. Encoders that wait for submission have theirs."""
@@ -433,10 +436,15 @@ class GpuFinder:
     def _check_count(self, count: int) -> None:
         if count <= self.max_boxes:
             return
+        why = (
+            f"the device binds at most {self._max_bytes} bytes (limits max-storage-buffer-binding-size, "
+            "max-buffer-size)"
+        )
+        if self.max_boxes < self._max_bytes // 32:
+            why = f"more are not possible with algorithm={self._algorithm!r}"
         raise ValueError(
-            f"boxes: found {count} boxes, wanted at most {self.max_boxes}: the device binds at most "
-            f"{self._max_bytes} bytes (limits max-storage-buffer-binding-size, max-buffer-size); split them, "
-            "or use throng.find_pairs"
+            f"boxes: found {count} boxes, wanted at most {self.max_boxes}: {why}; split them, or use "
+            "throng.find_pairs"
         )
 
     def _check_buffer(self, name: str, buffer: Any, size: int) -> None:
@@ -594,7 +602,8 @@ def _as_filters(group: Any, mask: Any, count: int) -> NDArray[numpy.uint32] | No
             raise ValueError(f"{name}: found shape {values.shape}, wanted ({count},), one value per box")
         if values.size and not (0 <= int(values.min()) and int(values.max()) < 2**32):
             raise ValueError(
-                f"{name}: found {int(values.min())} to {int(values.max())}, wanted integers from 0 to {2**32 - 1}"
+                f"{name}: found {int(values.min())} to {int(values.max())}, wanted integers from 0 to "
+                f"{2**32 - 1}"
             )
         out[:, column] = values
     return out
