@@ -29,8 +29,9 @@ fi
 web_packages=("${wasm_packages[@]}" nodejs node-typescript)
 # A cross compiler, and the emulator for its programs.
 arm_packages=(g++-aarch64-linux-gnu qemu-user googletest)
-check_packages=("${test_packages[@]}" "${mpi_packages[@]}" "${docs_packages[@]}" "${arm_packages[@]}" "${web_packages[@]}" "${browser_packages[@]}"
-  dpkg-dev file clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3 binutils python3-dev python3-venv)
+windows_packages=(g++-mingw-w64-x86-64 wine wine64 googletest)
+check_packages=("${test_packages[@]}" "${mpi_packages[@]}" "${docs_packages[@]}" "${arm_packages[@]}" "${windows_packages[@]}" "${web_packages[@]}"
+  "${browser_packages[@]}" dpkg-dev file clang clang-format-14 clang-tidy cppcheck shellcheck ccache python3 binutils python3-dev python3-venv)
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "${0##*/}" "$*" >&2; exit 1; }

@@ -16,7 +16,7 @@ struct ChildEnd {
 // nothing on its standard input, its standard error passed through. Each line of its standard
 // output goes to `line` without its end; the last needs no line end. It is killed when no output
 // came for `quiet_seconds` (0: no limit). An exception from `line` kills it and propagates. Throws
-// Failure where it cannot be started, as on Windows.
+// Failure where it cannot be started.
 ChildEnd run_child(const std::string& path, const std::vector<std::string>& arguments,
                    double quiet_seconds, const std::function<void(const std::string&)>& line);
 

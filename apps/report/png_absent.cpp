@@ -15,6 +15,9 @@ namespace {
 }  // namespace
 
 bool can_write_png() noexcept { return false; }
+void check_png(const std::string& path) {
+  if (!path.empty()) refuse(path);
+}
 void write_png(const std::string& path, Image, const PictureStyle&, float, float) { refuse(path); }
 void write_png(const std::string& path, Image, const PictureStyle&, const std::vector<ColourKey>&) {
   refuse(path);

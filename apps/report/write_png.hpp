@@ -23,6 +23,9 @@ struct ColourKey {
 
 // Whether this build has Cairo. If not, write_png() throws.
 bool can_write_png() noexcept;
+// Throws what write_png() throws for lack of Cairo, before the work; does nothing if `path` is
+// empty.
+void check_png(const std::string& path);
 
 // The legend spans lowest .. highest. Throws std::runtime_error that names the file.
 void write_png(const std::string& path, Image image, const PictureStyle& style, float lowest,

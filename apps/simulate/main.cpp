@@ -22,6 +22,7 @@
 #include "apps/report/draw_boxes.hpp"
 #include "apps/report/format.hpp"
 #include "apps/report/table.hpp"
+#include "apps/report/write_png.hpp"
 #include "apps/scenes/npy.hpp"
 #include "apps/scenes/output_file.hpp"
 #include "apps/simulate/progress.hpp"
@@ -195,6 +196,7 @@ int run(const Arguments& arguments) {
   spec.options.threads = arguments.threads;
   spec.compare = arguments.check;
   scenes::check_outputs({{"--record", arguments.record}, {"--picture", arguments.picture}});
+  report::check_png(arguments.picture);
   std::unique_ptr<World> world;
   const Measurements measured = run_steps(spec, arguments, world);
   common::print(arguments.json ? json_text(spec, arguments, measured)

@@ -18,6 +18,7 @@
 #include "apps/report/format.hpp"
 #include "apps/report/page.hpp"
 #include "apps/report/table.hpp"
+#include "apps/report/write_png.hpp"
 #include "apps/scenes/output_file.hpp"
 #include "apps/throng/commands.hpp"
 #include "apps/throng/console.hpp"
@@ -50,7 +51,8 @@ struct Arguments {
   std::string objects = "100000";
   std::size_t frames = 300;
   unsigned threads = 0;
-  std::string picture = "throng-demo.png", animation;
+  std::string picture = report::can_write_png() ? "throng-demo.png" : "";
+  std::string animation;
 };
 
 struct Measured {
@@ -172,6 +174,7 @@ int run(const Arguments& arguments) {
         animation));
   }
   scenes::check_outputs({{"-o", arguments.picture}, {"--animate", animation}});
+  report::check_png(arguments.picture);
   std::unique_ptr<FallingBoxes> heap;
   try {
     heap = std::make_unique<FallingBoxes>(static_cast<std::size_t>(objects));
@@ -189,8 +192,12 @@ int run(const Arguments& arguments) {
       run_frames(*heap, arguments, finder, animation.empty() ? nullptr : &film);
   print(tables(measured, heap->objects(), arguments.frames));
   finish_output();
-  draw(*heap, finder, measured, arguments.picture);
-  print(fmt::format("The picture is in {}\n", arguments.picture));
+  if (arguments.picture.empty()) {
+    print("No picture: this build has no Cairo. --animate FILM.svg writes a film.\n");
+  } else {
+    draw(*heap, finder, measured, arguments.picture);
+    print(fmt::format("The picture is in {}\n", arguments.picture));
+  }
   if (!animation.empty()) {
     const std::string svg = film.svg(fmt::format("{} boxes fall on a plane, cut in the middle",
                                                  report::format_count(heap->objects())));

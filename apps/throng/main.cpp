@@ -12,13 +12,13 @@
 #include <throng/find_pairs.hpp>
 #include <throng/version.hpp>
 
+#include "apps/common/child_process.hpp"
 #include "apps/common/interrupt.hpp"
 #include "apps/common/sibling_program.hpp"
 #include "apps/scenes/npy.hpp"
 #include "apps/throng/commands.hpp"
 #include "apps/throng/console.hpp"
 #include "apps/throng/failure.hpp"
-#include "apps/throng/sibling_program.hpp"
 
 namespace throng::cli {
 namespace {
@@ -73,7 +73,8 @@ int start(const SiblingProgram& sibling_program, const std::vector<std::string>&
                     sibling_program.command, sibling_program.program, sibling_program.install_hint,
                     sibling_program.program));
   }
-  return run_sibling_program(path, arguments);
+  common::restore_write_signals();  // an ignored signal would stay ignored in the other program
+  return common::run_instead(path, arguments);
 }
 
 // An empty argument is an unset variable of a script; it differs from no option.

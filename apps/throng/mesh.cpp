@@ -13,6 +13,7 @@
 #include "apps/meshes/mesh_file.hpp"
 #include "apps/report/draw_mesh.hpp"
 #include "apps/report/format.hpp"
+#include "apps/report/write_png.hpp"
 #include "apps/scenes/meshes.hpp"
 #include "apps/scenes/output_file.hpp"
 #include "apps/throng/commands.hpp"
@@ -250,6 +251,7 @@ int run(const Arguments& arguments) {
   check(arguments);
   scenes::check_outputs({{"-o", arguments.output}, {"--picture", arguments.picture}},
                         {{"A", arguments.a}, {"B", arguments.b}});
+  report::check_png(arguments.picture);
   MeshSearchRequest request;
   request.options = to_options({}, arguments.search);
   request.hint_options = {.backend = true,

@@ -26,7 +26,12 @@ class ModifiedFloatState {
     (void)flush;
 #endif
   }
-  ~ModifiedFloatState() { std::fesetenv(&before_); }
+  ~ModifiedFloatState() {
+    std::fesetenv(&before_);
+#if defined(__SSE2__)
+    _mm_setcsr(control_before_);  // mingw-w64's fesetenv leaves it as it is
+#endif
+  }
   bool unchanged() const {
 #if defined(__SSE2__)
     if ((_mm_getcsr() & control_bits) != control_) return false;
@@ -38,7 +43,7 @@ class ModifiedFloatState {
   std::fenv_t before_;
   int rounding_;
 #if defined(__SSE2__)
-  unsigned control_ = 0;
+  unsigned control_before_ = _mm_getcsr(), control_ = 0;
 #endif
 };
 

@@ -1,8 +1,13 @@
-// A child program's lines arrive while it runs, and one without output is stopped.
-#ifndef _WIN32
+// A child program's lines arrive while it runs, and one without output is stopped. The child is
+// child_program.cpp.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
+#ifndef _WIN32
+#include <signal.h>
+#include <sys/wait.h>
+#endif
+
+#include <cerrno>
 #include <chrono>
 #include <stdexcept>
 #include <string>
@@ -19,87 +24,92 @@ double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-struct ScriptRun {
+using Lines = std::vector<std::string>;
+
+struct ChildRun {
   ChildEnd end;
-  std::vector<std::string> lines;
+  Lines lines;
   std::vector<double> seconds;  // after the start
 };
 
-ScriptRun run_script(const std::string& script, double quiet_seconds,
-                     const std::vector<std::string>& more = {}) {
-  ScriptRun run;
-  std::vector<std::string> arguments = {"-c", script, "sh"};
-  arguments.insert(arguments.end(), more.begin(), more.end());
+ChildRun run_steps(const std::vector<std::string>& steps, double quiet_seconds) {
+  ChildRun run;
   const auto start = Clock::now();
-  run.end = run_child("/bin/sh", arguments, quiet_seconds, [&](const std::string& line) {
+  run.end = run_child(THRONG_CHILD, steps, quiet_seconds, [&](const std::string& line) {
     run.lines.push_back(line);
     run.seconds.push_back(since(start));
   });
   return run;
 }
 
-bool no_child_left() { return waitpid(-1, nullptr, WNOHANG) == -1 && errno == ECHILD; }
-
-using Lines = std::vector<std::string>;
+bool no_child_left() {
+#ifdef _WIN32
+  return true;  // there are no zombies
+#else
+  return waitpid(-1, nullptr, WNOHANG) == -1 && errno == ECHILD;
+#endif
+}
 
 TEST(Child, EachLineAndTheStatus) {
-  const ScriptRun run =
-      run_script("echo one; echo; printf 'two\\nthree'; echo unheard >&2; exit 7", 20);
-  EXPECT_EQ(run.lines, (Lines{"one", "", "two", "three"}));
-  EXPECT_FALSE(run.end.stopped);
-  EXPECT_EQ(run.end.status, 7);
+  const ChildRun some = run_steps(
+      {"print", "one\n\n", "print", "two\nthree", "complain", "unheard\n", "exit", "7"}, 20);
+  EXPECT_EQ(some.lines, (Lines{"one", "", "two", "three"}));
+  EXPECT_FALSE(some.end.stopped);
+  EXPECT_EQ(some.end.status, 7);
   EXPECT_TRUE(no_child_left());
-  EXPECT_EQ(run_script("exit 0", 0).end.status, 0);
-  EXPECT_EQ(run_script("kill -TERM $$", 20).end.status, 128 + 15);
+  EXPECT_EQ(run_steps({"exit", "0"}, 0).end.status, 0);
 }
 
 TEST(Child, ArgumentsAreNotShellParsed) {
-  const Lines words = {"a b", "$HOME; exit 9", "", "'\"\\*"};
-  EXPECT_EQ(run_script("for word in \"$@\"; do printf '%s\\n' \"$word\"; done", 20, words).lines,
-            words);
+  const Lines words = {"a b", "$HOME; exit 9", "", "'\"\\*", "C:\\folder\\", "\\\\\"", "%PATH%"};
+  Lines steps = {"words"};
+  steps.insert(steps.end(), words.begin(), words.end());
+  EXPECT_EQ(run_steps(steps, 20).lines, words);
 }
 
 TEST(Child, LinesArriveImmediately) {
-  const ScriptRun run = run_script("echo early; sleep 1; echo late", 20);
-  ASSERT_EQ(run.lines, (Lines{"early", "late"}));
-  EXPECT_GT(run.seconds[1] - run.seconds[0], 0.5);
+  const ChildRun two = run_steps({"print", "early\n", "sleep", "1000", "print", "late\n"}, 20);
+  ASSERT_EQ(two.lines, (Lines{"early", "late"}));
+  EXPECT_GT(two.seconds[1] - two.seconds[0], 0.5);
 }
 
 TEST(Child, ManyLongLines) {
-  const ScriptRun run =
-      run_script("i=0; while [ $i -lt 2000 ]; do printf '%01000d\\n' $i; i=$((i+1)); done", 20);
-  ASSERT_EQ(run.lines.size(), 2000u);
-  for (std::size_t i = 0; i < run.lines.size(); ++i) {
-    ASSERT_EQ(run.lines[i].size(), 1000u);
-    ASSERT_EQ(std::stoul(run.lines[i]), i);
+  const ChildRun many = run_steps({"lines", "2000", "1000"}, 20);
+  ASSERT_EQ(many.lines.size(), 2000u);
+  for (std::size_t i = 0; i < many.lines.size(); ++i) {
+    ASSERT_EQ(many.lines[i].size(), 1000u);
+    ASSERT_EQ(std::stoul(many.lines[i]), i);
   }
 }
 
 TEST(Child, IsKilledWithoutOutput) {
   const auto start = Clock::now();
-  ScriptRun run = run_script("echo one; exec sleep 60", 0.5);
-  EXPECT_TRUE(run.end.stopped);
-  EXPECT_EQ(run.lines, Lines{"one"});
+  ChildRun one = run_steps({"print", "one\n", "sleep", "60000"}, 0.5);
+  EXPECT_TRUE(one.end.stopped);
+  EXPECT_EQ(one.end.status, 128 + 9);
+  EXPECT_EQ(one.lines, Lines{"one"});
   // Text without a line end is not a line.
-  run = run_script("while :; do printf x; sleep 0.05; done", 0.5);
-  EXPECT_TRUE(run.end.stopped);
-  EXPECT_EQ(run.lines, Lines{});
+  one = run_steps({"repeat", "x", "50"}, 0.5);
+  EXPECT_TRUE(one.end.stopped);
+  EXPECT_EQ(one.lines, Lines{});
   // Closing the output does not end the child.
-  run = run_script("exec >&-; exec sleep 60", 0.5);
-  EXPECT_TRUE(run.end.stopped);
+  one = run_steps({"close", "sleep", "60000"}, 0.5);
+  EXPECT_TRUE(one.end.stopped);
   EXPECT_LT(since(start), 30);
   EXPECT_TRUE(no_child_left());
 }
 
 TEST(Child, EachLineRestartsTheTimeout) {
-  const ScriptRun run = run_script("for i in 1 2 3 4 5 6; do sleep 0.5; echo $i; done", 2);
-  EXPECT_FALSE(run.end.stopped);
-  EXPECT_EQ(run.lines.size(), 6u);
+  Lines steps;
+  for (int i = 0; i < 6; ++i) steps.insert(steps.end(), {"sleep", "500", "print", "line\n"});
+  const ChildRun slow = run_steps(steps, 2);
+  EXPECT_FALSE(slow.end.stopped);
+  EXPECT_EQ(slow.lines.size(), 6u);
 }
 
 TEST(Child, ListenerExceptionsEndIt) {
   const auto start = Clock::now();
-  EXPECT_THROW(run_child("/bin/sh", {"-c", "echo one; exec sleep 60"}, 100,
+  EXPECT_THROW(run_child(THRONG_CHILD, {"print", "one\n", "sleep", "60000"}, 100,
                          [](const std::string&) { throw std::out_of_range("enough"); }),
                std::out_of_range);
   EXPECT_LT(since(start), 30);
@@ -107,18 +117,27 @@ TEST(Child, ListenerExceptionsEndIt) {
 }
 
 TEST(Child, ReportsAFailedStart) {
-  for (const char* path : {"/no/such/program", "/etc"}) {
+  for (const std::string path : {"/no/such/program", "/"}) {
     try {
       run_child(path, {}, 1, [](const std::string&) {});
       ADD_FAILURE() << path;
     } catch (const Failure& failure) {
-      EXPECT_NE(std::string(failure.what()).find(path), std::string::npos) << failure.what();
+      EXPECT_NE(std::string(failure.what()).find(path + " cannot be started: "), std::string::npos)
+          << failure.what();
       EXPECT_EQ(failure.status(), exit_bad);
     }
   }
   EXPECT_TRUE(no_child_left());
 }
 
+#ifndef _WIN32
+TEST(Child, ASignalIsAStatus) {
+  const auto kill_it = [](const std::string& pid) { kill(std::stoi(pid), SIGTERM); };
+  const ChildEnd end = run_child("/bin/sh", {"-c", "echo $$; exec sleep 60"}, 20, kill_it);
+  EXPECT_FALSE(end.stopped);
+  EXPECT_EQ(end.status, 128 + SIGTERM);
+}
+#endif
+
 }  // namespace
 }  // namespace throng::common
-#endif

@@ -1,14 +1,7 @@
 // Runs the built program as a child process and collects its output.
 #pragma once
 
-#include <fcntl.h>
-#include <signal.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <cstdio>
-#include <cstdlib>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -18,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "support/process.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace throng::test {
@@ -38,11 +32,14 @@ inline void spill(const fs::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
 }
 
-struct Limits {
-  rlim_t address_space = RLIM_INFINITY;
-  rlim_t file_size = RLIM_INFINITY;
-  std::string out_path;  // standard output goes there instead of to `out`
-};
+// Text that a program wrote; Windows writes two characters at the end of a line.
+inline std::string slurp_text(const fs::path& path) {
+  std::string text = slurp(path);
+#ifdef _WIN32
+  text.erase(std::remove(text.begin(), text.end(), '\r'), text.end());
+#endif
+  return text;
+}
 
 // A temporary folder per test.
 class CliTest : public ::testing::Test {
@@ -66,45 +63,13 @@ class CliTest : public ::testing::Test {
     return count;
   }
 
-  static pid_t start(const std::string& program, const std::vector<std::string>& arguments,
-                     const std::string& out, const std::string& err, const fs::path& folder,
-                     const Limits& limits) {
-    const pid_t pid = fork();
-    if (pid != 0) return pid;
-    const int in_fd = open("/dev/null", O_RDONLY);
-    const int out_fd = open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    const int err_fd = open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    dup2(in_fd, 0);
-    dup2(out_fd, 1);
-    dup2(err_fd, 2);
-    if (chdir(folder.c_str()) != 0) _exit(126);
-    const auto limit = [](auto what, rlim_t value) {
-      const rlimit r{value, value};
-      if (value != RLIM_INFINITY && setrlimit(what, &r) != 0) _exit(126);
-    };
-    limit(RLIMIT_AS, limits.address_space);
-    limit(RLIMIT_FSIZE, limits.file_size);
-    std::vector<char*> argv = {const_cast<char*>(program.c_str())};
-    for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
-    argv.push_back(nullptr);
-    execv(program.c_str(), argv.data());
-    _exit(127);
-  }
-
-  static int wait_for(pid_t pid) {
-    int status = 0;
-    if (waitpid(pid, &status, 0) != pid) return -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  }
-
   ProcessOutput run_program(const std::string& program, const std::vector<std::string>& arguments,
                             const Limits& limits = {}) const {
     const std::string out = limits.out_path.empty() ? at("output.out") : limits.out_path;
-    const pid_t pid = start(program, arguments, out, at("output.err"), folder_, limits);
     ProcessOutput output;
-    output.status = wait_for(pid);
-    if (limits.out_path.empty()) output.out = slurp(out);
-    output.err = slurp(at("output.err"));
+    output.status = wait_for(start(program, arguments, out, at("output.err"), folder_, limits));
+    if (limits.out_path.empty()) output.out = slurp_text(out);
+    output.err = slurp_text(at("output.err"));
     return output;
   }
 

@@ -14,10 +14,10 @@ class Memory : public CliTest {
   void SetUp() override {
     CliTest::SetUp();
     // Puts temporary files where files() sees them.
-    setenv("TMPDIR", folder_.c_str(), 1);
+    set_environment("TMPDIR", folder_.string().c_str());
   }
   void TearDown() override {
-    unsetenv("TMPDIR");
+    set_environment("TMPDIR", nullptr);
     CliTest::TearDown();
   }
   void make(const std::string& scene, const std::string& n) const {
@@ -85,6 +85,7 @@ TEST_F(Memory, a_truncated_file_is_one_error) {
   EXPECT_EQ(files(), 1u);
 }
 
+#ifndef _WIN32  // no limit on a file's size
 TEST_F(Memory, a_full_disk_is_one_error) {
   make("pile", "50K");
   spill(at("p.npy"), "old");
@@ -98,6 +99,7 @@ TEST_F(Memory, a_full_disk_is_one_error) {
   EXPECT_EQ(slurp(at("p.npy")), "old");
   EXPECT_EQ(files(), 2u);
 }
+#endif
 
 #ifdef __linux__
 TEST_F(Memory, an_interrupted_search_leaves_nothing) {
@@ -110,13 +112,13 @@ TEST_F(Memory, an_interrupted_search_leaves_nothing) {
   for (const int signal : {SIGINT, SIGTERM}) {
     int interrupted = 0;
     for (const int wait_ms : {20, 60, 200, 500}) {
-      const pid_t pid =
+      const Process process =
           start(THRONG_PROGRAM, search, at("output.out"), at("output.err"), folder_, {});
-      ASSERT_GT(pid, 0);
+      ASSERT_GT(process, 0);
       std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
-      kill(pid, signal);
+      kill(process, signal);
       // Before the first file is created a signal ends the program at once: nothing to clean up.
-      const int status = wait_for(pid);
+      const int status = wait_for(process);
       const bool done = fs::exists(at("p.npy"));  // it was faster than the signal
       if (done) {
         EXPECT_TRUE(slurp(at("p.npy")) == whole);
@@ -136,7 +138,7 @@ TEST_F(Memory, scenes_are_written_in_little_memory) {
   GTEST_SKIP() << "sanitizers need the whole address space";
 #endif
   Limits limits;
-  limits.address_space = rlim_t{96} << 20;  // the file has 192 MB
+  limits.address_space = std::uint64_t{96} << 20;  // the file has 192 MB
   EXPECT_EQ(run({"scene", "worlds", "--objects", "8M", "-o", at("u.npy")}, limits).status, 0);
   EXPECT_EQ(fs::file_size(at("u.npy")), 192000128u);
   EXPECT_EQ(fs::file_size(at("u-world.npy")), 32000128u);

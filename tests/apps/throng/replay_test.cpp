@@ -22,9 +22,9 @@ class Replay : public CliTest {
   }
   ProcessOutput captured(const std::vector<std::string>& arguments,
                          const std::string& folder) const {
-    setenv("THRONG_CAPTURE", folder.c_str(), 1);
+    set_environment("THRONG_CAPTURE", folder.c_str());
     const ProcessOutput output = run(arguments);
-    unsetenv("THRONG_CAPTURE");
+    set_environment("THRONG_CAPTURE", nullptr);
     return output;
   }
   static std::vector<Box> boxes(int n) {
