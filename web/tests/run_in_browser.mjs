@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { serve } from '../serve.mjs';
 
-const limit = 300_000; // ms
+const limit = 600_000; // ms
 const [folder, ...files] = process.argv.slice(2);
 const program = process.env.CHROMIUM ?? 'chromium';
 

@@ -1,5 +1,6 @@
 // Compiled by tsc, never run: the types accept what the documentation says, and refuse what it does not.
 import { load, ThrongError, type Boxes, type Throng } from '../web/index.js';
+import { GpuFinder, type GpuPairs } from '../web/webgpu.js';
 
 export async function uses(): Promise<void> {
   const throng: Throng = await load({ module: new URL('https://example.com/throng.wasm') });
@@ -29,4 +30,17 @@ export async function uses(): Promise<void> {
   finder.find(packed, { order: 'any' });
   // @ts-expect-error: no such property of a hit that may be null
   objects.raycast([0, 0, 0], [1, 0, 0]).distance;
+}
+
+export async function usesGpu(): Promise<void> {
+  const finder = await GpuFinder.create({ order: 'canonical' });
+  const pairs: Uint32Array = await finder.find(new Float32Array(12), { group: 1, mask: new Uint32Array(2) });
+  const onGpu: GpuPairs = finder.findOnGpu({}, 2, { stride: 32, capacity: pairs.length });
+  console.log(onGpu.capacity, finder.result.comparisons);
+  finder.free();
+
+  // @ts-expect-error: made by create()
+  new GpuFinder();
+  // @ts-expect-error: the GPU search has no owners
+  await finder.find(new Float32Array(12), { owner: 1 });
 }

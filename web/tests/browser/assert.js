@@ -45,4 +45,13 @@ export default {
     }
     fail('found no error', message);
   },
+  async rejects(promise, wanted, message) {
+    try {
+      await promise;
+    } catch (error) {
+      if (!fits(error, wanted)) fail(`found ${error.name} ${error.code}: ${error.message}`, message);
+      return;
+    }
+    fail('found no error', message);
+  },
 };
