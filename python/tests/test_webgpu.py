@@ -248,6 +248,34 @@ def test_golden_checksums(device: Any, name: str) -> None:
             assert int(state) == int(ordered, 16)
 
 
+def test_cases_of_the_library(device: Any) -> None:
+    """Hard cases with the answers of the double loop, which scripts/web writes."""
+    folder = Path(os.environ.get("THRONG_CASES", ROOT / "build" / "web-tests"))
+    if not (folder / "cases.json").is_file():
+        pytest.skip("there are no cases; scripts/web --test writes them")
+    data = (folder / "cases.bin").read_bytes()
+
+    def array(place: list[int], kind: Any) -> NDArray[Any]:
+        return numpy.frombuffer(data, kind, place[1], place[0])
+
+    compared = 0
+    for one in json.loads((folder / "cases.json").read_text())["finds"]:
+        if one.get("other") or one.get("margin") or any(name in one for name in ("owner", "world", "static")):
+            continue
+        boxes = array(one["boxes"], numpy.float32).reshape(-1, 6)
+        filters = {name: array(one[name], numpy.uint32) for name in ("group", "mask") if name in one}
+        for algorithm in ALGORITHMS:
+            finder = GpuFinder(device, algorithm=algorithm, order="canonical", nan=one.get("nan", "refuse"))
+            if one.get("refused"):
+                with pytest.raises(ValueError, match="have a NaN"):
+                    finder.find(boxes, **filters)
+            else:
+                wanted = array(one["pairs"], numpy.uint32).reshape(-1, 2)
+                assert numpy.array_equal(finder.find(boxes, **filters), wanted), one["name"]
+        compared += 1
+    assert compared >= 100
+
+
 def mix64(x: Any) -> Any:
     """As in throng/checksum.hpp."""
     with numpy.errstate(over="ignore"):
