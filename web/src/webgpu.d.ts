@@ -11,7 +11,7 @@ export { ThrongError } from './index.js';
 export interface GpuFinderOptions {
   /** A GPUDevice. Default: a device of the fastest adapter, with the adapter's limits. */
   device?: Device;
-  /** The pairs are the same for each. Default: 'auto', which is 'all-pairs' up to 4,096 boxes. */
+  /** The pairs are the same for each. Default: 'auto', which is 'all-pairs' up to 2,048 boxes. */
   algorithm?: 'auto' | 'all-pairs' | 'grid';
   /** 'canonical': sorted by first, then second. Default: 'any', the fastest. */
   order?: 'any' | 'canonical';

@@ -7,8 +7,8 @@ import { shaders, steps, frames } from './shaders.js';
 export { ThrongError };
 
 const maxWorkgroups = 65535;
-// Up to this many boxes brute force runs: two steps instead of six.
-const bruteForceLimit = 4096;
+// Up to this many boxes brute force runs: 3 steps instead of 7. As in python/throng/webgpu.py.
+const bruteForceLimit = 2048;
 const largestCount = 2 ** 29 - 1; // boxes, whose words have indices of 32 bits
 const mostTiles = 92679; // of brute force: their pairs are no more than workgroups in two dimensions
 const tile = 64;
