@@ -13,11 +13,11 @@ namespace {
 const char* const style = R"(
 :root { color-scheme: light dark; --page: #fafaf8; --panel: #ffffff; --head: #f1f1ed; --hover: #eef4ff;
   --ink: #22262b; --muted: #59636e; --rule: #d9d9d4; --fine: #efefec; --link: #0066a8;
-  --c0: #0072b2; --c1: #d55e00; --c2: #00845f; --c3: #c25a92; --c4: #b87800; --c5: #2f8fcb;
+  --c0: #0072b2; --c1: #d55e00; --c2: #00845f; --c3: #c25a92; --c4: #b87800; --c5: #20262c;
   --c6: #767676; --c7: #8f8400; }
 @media screen and (prefers-color-scheme: dark) { :root { --page: #14171b; --panel: #1b1e23; --head: #262a31;
   --hover: #232b38; --ink: #d8dde3; --muted: #9aa4af; --rule: #3a4048; --fine: #272b32; --link: #6cb6ff;
-  --c0: #56b4e9; --c1: #ff8a3d; --c2: #2fc79a; --c3: #e39ac4; --c4: #f0b429; --c5: #3d9bd6;
+  --c0: #56b4e9; --c1: #ff8a3d; --c2: #2fc79a; --c3: #e39ac4; --c4: #f0b429; --c5: #f0f3f6;
   --c6: #a8adb4; --c7: #d6c93a; } }
 body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--page); margin: 0; }
 main { max-width: 1180px; margin: 0 auto; padding: 24px 20px 80px; overflow-wrap: break-word; }

@@ -135,17 +135,16 @@ std::string tables(const Measured& m, std::size_t objects, std::size_t frames) {
   return stages.text() + "\n" + speed.text() + "\n";
 }
 
-void draw(const FallingBoxes& heap, const Finder& finder, const Measured& m,
-          const std::string& path) {
+void draw(const FallingBoxes& heap, const Finder& finder, const std::string& path) {
   report::PictureStyle style;
   style.title = fmt::format("{} boxes fell on a plane", report::format_count(heap.objects()));
   style.height = 1200;
   style.azimuth = 43;
   style.elevation = 21;
   style.legend = "touching boxes per box";
-  style.caption = fmt::format("{} pairs, found in {} ms on {} thread{}. A quarter is cut away.",
-                              report::format_count(finder.pairs().size()), ms_text(m.total.back()),
-                              m.plan_of_last.threads, m.plan_of_last.threads == 1 ? "" : "s");
+  // Without a time: the same picture on every machine.
+  style.caption =
+      fmt::format("{} pairs. A quarter is cut away.", report::format_count(finder.pairs().size()));
   const std::vector<float> touches = heap.touches(finder.pairs().data(), finder.pairs().size());
   // Leaves out the quarter next to the viewer, to show the inside.
   std::vector<Box> boxes;
@@ -195,7 +194,7 @@ int run(const Arguments& arguments) {
   if (arguments.picture.empty()) {
     print("No picture: this build has no Cairo. --animate FILM.svg writes a film.\n");
   } else {
-    draw(*heap, finder, measured, arguments.picture);
+    draw(*heap, finder, arguments.picture);
     print(fmt::format("The picture is in {}\n", arguments.picture));
   }
   if (!animation.empty()) {
