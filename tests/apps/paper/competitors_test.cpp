@@ -44,7 +44,7 @@ TEST_F(Competitors, ReportsTheTimesOfItsFrames) {
   EXPECT_EQ(*row->pairs, 12u);
   EXPECT_NE(section.finding.find("ahead"), std::string::npos) << section.finding;
   ASSERT_EQ(section.plots.size(), 1u);
-  EXPECT_NE(section.plots[0].svg().find("Bullet bt32BitAxisSweep3"), std::string::npos);
+  EXPECT_NE(section.plots[0].html().find("Bullet bt32BitAxisSweep3"), std::string::npos);
 }
 
 TEST_F(Competitors, SlowOnesAreStoppedAndSkipped) {
