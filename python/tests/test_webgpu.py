@@ -345,8 +345,8 @@ def test_layouts(finder: GpuFinder) -> None:
 
 def test_inactive_boxes(device: Any) -> None:
     boxes = uniform(600, numpy.random.default_rng(7))
-    boxes[[5, 77], 1] = NAN
-    boxes[300, 4] = NAN
+    # NaNs of either sign, with one bit and with all.
+    boxes.view(numpy.uint32)[[5, 77, 300], [1, 1, 4]] = 0x7F800001, 0xFF800001, 0xFFFFFFFF
     boxes[[40, 41, 42], 0] = 1e9
     for algorithm in ALGORITHMS:
         finder = GpuFinder(device, algorithm=algorithm, nan="inactive")
