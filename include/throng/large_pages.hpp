@@ -4,9 +4,9 @@
 #include <throng/cpp17.hpp>
 
 #include <cstddef>
-#include <memory_resource>
 
 #include <throng/export.h>
+#include <throng/memory_resource.hpp>
 
 namespace throng {
 

@@ -6,9 +6,9 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory_resource>
 
 #include <throng/export.h>
+#include <throng/memory_resource.hpp>
 #include <throng/types.hpp>
 
 namespace throng {

@@ -11,6 +11,7 @@
 #include <throng/find_pairs.hpp>
 #include <throng/large_pages.hpp>
 
+#include "base/atomics.hpp"
 #include "base/float_state.hpp"
 #include "base/mutex.hpp"
 #include "capture/log.hpp"
@@ -127,7 +128,7 @@ struct BroadPhaseAccess {
   template <class Handle>
   static bool prepare(Handle& it, const char* name, Result& r) noexcept {
     using State = typename Handle::State;
-    std::atomic_ref<State*> shared(it.state_);
+    base::AtomicRef<State*> shared(it.state_);
     if (shared.load(std::memory_order_acquire)) return true;
     const Options& options = it.options_;
     if (!valid(Boxes(), nullptr, options, r)) return false;
@@ -166,7 +167,8 @@ struct BroadPhaseAccess {
  private:
   // Atomic, because another thread may be in its first call.
   static BroadPhase::State* state_of(const BroadPhase& it) noexcept {
-    return std::atomic_ref(const_cast<BroadPhase&>(it).state_).load(std::memory_order_acquire);
+    const base::AtomicRef<BroadPhase::State*> shared(const_cast<BroadPhase&>(it).state_);
+    return shared.load(std::memory_order_acquire);
   }
   template <class F>
   static void attempt(Result& r, const char* if_no_memory, F&& body) noexcept {

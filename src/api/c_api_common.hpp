@@ -7,11 +7,11 @@
 #include <atomic>
 #include <cstdio>
 #include <cstring>
-#include <memory_resource>
 #include <new>
 #include <type_traits>
 
 #include <throng/boxes.hpp>
+#include <throng/memory_resource.hpp>
 #include <throng/mesh.hpp>
 #include <throng/options.hpp>
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstddef>
-#include <memory_resource>
 
+#include <throng/memory_resource.hpp>
 #include <throng/options.hpp>
 
 #include "device/failure.hpp"

@@ -1,7 +1,7 @@
 // The default memory resource of a Finder.
 #pragma once
 
-#include <memory_resource>
+#include <throng/memory_resource.hpp>
 
 namespace throng::base {
 

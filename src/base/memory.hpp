@@ -4,9 +4,10 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <memory_resource>
 #include <new>
 #include <utility>
+
+#include <throng/memory_resource.hpp>
 
 #include "base/mutex.hpp"
 

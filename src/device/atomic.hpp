@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "base/atomics.hpp"
 #include "base/host_device_macros.hpp"
 
 namespace throng::device {
@@ -13,7 +14,7 @@ THRONG_HD inline std::uint32_t fetch_add(std::uint32_t* at, std::uint32_t value)
 #if defined(__CUDA_ARCH__)
   return atomicAdd(at, value);
 #else
-  return std::atomic_ref<std::uint32_t>(*at).fetch_add(value, std::memory_order_relaxed);
+  return base::AtomicRef<std::uint32_t>(*at).fetch_add(value, std::memory_order_relaxed);
 #endif
 }
 THRONG_HD inline std::uint64_t fetch_add(std::uint64_t* at, std::uint64_t value) noexcept {
@@ -22,14 +23,14 @@ THRONG_HD inline std::uint64_t fetch_add(std::uint64_t* at, std::uint64_t value)
   return atomicAdd(reinterpret_cast<unsigned long long*>(at),
                    static_cast<unsigned long long>(value));
 #else
-  return std::atomic_ref<std::uint64_t>(*at).fetch_add(value, std::memory_order_relaxed);
+  return base::AtomicRef<std::uint64_t>(*at).fetch_add(value, std::memory_order_relaxed);
 #endif
 }
 THRONG_HD inline void fetch_max(std::uint32_t* at, std::uint32_t value) noexcept {
 #if defined(__CUDA_ARCH__)
   atomicMax(at, value);
 #else
-  std::atomic_ref<std::uint32_t> cell(*at);
+  base::AtomicRef<std::uint32_t> cell(*at);
   std::uint32_t seen = cell.load(std::memory_order_relaxed);
   while (value > seen && !cell.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
   }
@@ -39,7 +40,7 @@ THRONG_HD inline void fetch_max(std::uint64_t* at, std::uint64_t value) noexcept
 #if defined(__CUDA_ARCH__)
   atomicMax(reinterpret_cast<unsigned long long*>(at), static_cast<unsigned long long>(value));
 #else
-  std::atomic_ref<std::uint64_t> cell(*at);
+  base::AtomicRef<std::uint64_t> cell(*at);
   std::uint64_t seen = cell.load(std::memory_order_relaxed);
   while (value > seen && !cell.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
   }
@@ -49,7 +50,7 @@ THRONG_HD inline void fetch_or(std::uint32_t* at, std::uint32_t bits) noexcept {
 #if defined(__CUDA_ARCH__)
   atomicOr(at, bits);
 #else
-  std::atomic_ref<std::uint32_t>(*at).fetch_or(bits, std::memory_order_relaxed);
+  base::AtomicRef<std::uint32_t>(*at).fetch_or(bits, std::memory_order_relaxed);
 #endif
 }
 // Adds one and returns the old value. Threads of a warp that call this together first sum up per
@@ -76,7 +77,7 @@ THRONG_HD inline void set_flag(std::uint32_t* flag) noexcept {
 #if defined(__CUDA_ARCH__)
   if (__ldca(flag) == 0) *static_cast<volatile std::uint32_t*>(flag) = 1;
 #else
-  std::atomic_ref<std::uint32_t> cell(*flag);
+  base::AtomicRef<std::uint32_t> cell(*flag);
   if (cell.load(std::memory_order_relaxed) == 0) cell.store(1, std::memory_order_relaxed);
 #endif
 }

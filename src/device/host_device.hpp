@@ -7,11 +7,11 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
-#include <memory_resource>
 #include <optional>
 #include <type_traits>
 #include <utility>
 
+#include <throng/memory_resource.hpp>
 #include <throng/mesh.hpp>
 #include <throng/options.hpp>
 

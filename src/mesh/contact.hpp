@@ -4,9 +4,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory_resource>
 
 #include <throng/contact.hpp>
+#include <throng/memory_resource.hpp>
 
 #include "base/cancellation.hpp"
 #include "base/memory.hpp"

@@ -2,8 +2,7 @@
 // the test of each block of candidates in the worker that finds it.
 #pragma once
 
-#include <memory_resource>
-
+#include <throng/memory_resource.hpp>
 #include <throng/mesh.hpp>
 
 #include "base/memory.hpp"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <cfloat>
 #include <cmath>
+#include <limits>
 
 #include "base/bounds.hpp"
 
@@ -171,7 +171,8 @@ void measure(PodVector<CellPlan::Sampled>& sample, std::size_t boxes, CellPlan& 
   plan.clustered = occupancy > max_occupancy;
   // A search visits 8 cells of two spans, or 27 of one.
   plan.expected_comparisons = (plan.clustered ? 27.0 / 8 : 8) * occupancy;
-  if (plan.span < CellPlan::min_span) plan.expected_comparisons = DBL_MAX;
+  if (plan.span < CellPlan::min_span)
+    plan.expected_comparisons = std::numeric_limits<double>::max();
   const bool one_class =
       std::all_of(sample.begin(), sample.end(), [&](const auto& s) { return s.side <= plan.span; });
   if (plan.thin || one_class) return;
@@ -201,7 +202,7 @@ CellPlan CellPlan::of(const Objects& objects, PodVector<Sampled>& sample) {
                             base::clamp_finite(b.lower.z)};
     const float upper[3] = {base::clamp_finite(b.upper.x), base::clamp_finite(b.upper.y),
                             base::clamp_finite(b.upper.z)};
-    double side = 0, thickness = DBL_MAX;
+    double side = 0, thickness = std::numeric_limits<double>::max();
     for (int k = 0; k < 3; ++k) {
       const double extent = double{upper[k]} - double{lower[k]};
       side = std::max(side, extent);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/atomics.hpp"
+
 namespace throng::tracking {
 namespace {
 
@@ -110,7 +112,7 @@ bool CostModel::note_too_wide() noexcept {
 }
 
 void CostModel::add_waste(double ns) noexcept {
-  if (ns > 0) wasted_ns_.fetch_add(ns, std::memory_order_relaxed);
+  if (ns > 0) base::add(wasted_ns_, ns);
 }
 
 bool CostModel::forest_pays(const Sizes& sizes) const noexcept {
@@ -183,7 +185,7 @@ CostModel::Cells CostModel::note_query_cost(const Sizes& sizes, std::size_t quer
   const double saved = std::max(0.0, ns - cell_query_ns * static_cast<double>(queries));
   const double cells = cell_ns * static_cast<double>(sizes.objects);
   double sum = query_savings_ns_.load(std::memory_order_relaxed);
-  if (sum <= cells) sum = query_savings_ns_.fetch_add(saved, std::memory_order_relaxed) + saved;
+  if (sum <= cells) sum = base::add(query_savings_ns_, saved);
   if (std::max(sum, s_.earlier_savings_ns) <= cells) return Cells::do_not_pay;
   return saved > cells ? Cells::pay_for_this_call : Cells::pay;
 }

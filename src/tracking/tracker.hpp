@@ -6,10 +6,10 @@
 
 #include <atomic>
 #include <cstdint>
-#include <memory_resource>
 
 #include <throng/broad_phase.hpp>
 #include <throng/finder.hpp>
+#include <throng/memory_resource.hpp>
 
 #include "base/mutex.hpp"
 #include "grid/engine.hpp"

@@ -2,7 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <memory_resource>
+
+#include <throng/memory_resource.hpp>
 
 #include "grid/all_pairs.hpp"
 #include "grid/search.hpp"

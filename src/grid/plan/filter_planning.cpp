@@ -1,8 +1,8 @@
 #include "grid/plan/filter_planning.hpp"
 
 #include <algorithm>
-#include <cfloat>
 #include <cmath>
+#include <limits>
 
 #include "grid/plan/plan_and_solve.hpp"
 
@@ -76,7 +76,8 @@ struct Distance {
   void add(const Box& x, const Box& y) noexcept {
     const float a[3] = {x.lower.x, x.lower.y, x.lower.z}, b[3] = {y.lower.x, y.lower.y, y.lower.z};
     for (int k = 0; k < 3; ++k)
-      sum[k] += std::min(std::fabs(double{a[k]} - double{b[k]}), double{FLT_MAX});
+      sum[k] += std::min(std::fabs(double{a[k]} - double{b[k]}),
+                         double{std::numeric_limits<float>::max()});
     ++count;
   }
 };

@@ -1,11 +1,13 @@
 #include "grid/plan/planner.hpp"
 
 #include <algorithm>
-#include <cfloat>
 #include <cmath>
+#include <limits>
 
 namespace throng::grid {
 namespace {
+
+constexpr float largest = std::numeric_limits<float>::max();
 
 constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    8,    10,   12,
                                            14,  16,  20,  24,  28,  32,   40,   48,   56,   64,
@@ -25,7 +27,7 @@ base::Quantizer make_map(const Stats& s, const std::uint32_t (&columns)[3]) noex
     map.by_bits[k] = s.by_bits[k];
     map.centre[k] = s.centre[k];
     // A length is at least one ulp of its ends, so these stay below 2^26 if it becomes 1.
-    if (length > FLT_MAX / 2 || (wanted > FLT_MAX / 2 && length > 0))
+    if (length > largest / 2 || (wanted > largest / 2 && length > 0))
       map.factor[k] = std::ldexp(1.0f, std::clamp(-std::ilogb(length), -126, 127));
     map.is_identity = map.is_identity && map.factor[k] == 1 && !s.by_bits[k];
     map.origin[k] = s.lower[k] * map.factor[k];
@@ -138,7 +140,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
     return Price{parts, replicas * cut, cost};
   };
   std::uint32_t best_columns[3] = {1, 1, 1};
-  best.expected_ns = DBL_MAX;
+  best.expected_ns = std::numeric_limits<double>::max();
   const auto take = [&](std::uint32_t x, std::uint32_t cy, std::uint32_t cz, const Price& p) {
     best.expected_ns = p.cost;
     best.replicas = p.replicas;

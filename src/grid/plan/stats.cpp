@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <bit>
-#include <cfloat>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "base/bounds.hpp"
 #include "base/quantize.hpp"
 
 namespace throng::grid {
 namespace {
+
+constexpr float largest = std::numeric_limits<float>::max();
 
 // A box of the sample. Each loop processes all axes together, as one axis alone would wait for its
 // own sums.
@@ -60,7 +62,7 @@ bool trim(const Corners* sample, std::uint32_t count, int k, bool apart, double&
 
 // The range of the sample, excluding a few boxes that stretch it far beyond the rest.
 Range trimmed_range(const Corners* sample, std::uint32_t count) noexcept {
-  float low[3] = {FLT_MAX, FLT_MAX, FLT_MAX}, high[3] = {-FLT_MAX, -FLT_MAX, -FLT_MAX};
+  float low[3] = {largest, largest, largest}, high[3] = {-largest, -largest, -largest};
   double mean[3] = {0, 0, 0}, deviation[3] = {0, 0, 0};
   for (std::uint32_t i = 0; i < count; ++i) {
     for (int k = 0; k < 3; ++k) {
@@ -114,7 +116,7 @@ double unseparated_fraction(const Corners* sample, std::uint32_t count, int k, d
 bool switch_to_bits(Corners* sample, std::uint32_t count, int k, const Range& range,
                     Stats& s) noexcept {
   constexpr double many = 4;
-  constexpr double tiny = 8 * double{FLT_MIN};
+  constexpr double tiny = 8 * double{std::numeric_limits<float>::min()};
   if (range.lower[k] >= range.upper[k]) return false;
   bool take = range.lower[k] > -tiny && range.upper[k] < tiny;
   if (range.skewed[k] && !take) {
@@ -125,7 +127,7 @@ bool switch_to_bits(Corners* sample, std::uint32_t count, int k, const Range& ra
     const float middle = lowers[count / 2];
     for (const float centre : {0.0f, *std::min_element(lowers, lowers + count), middle}) {
       const auto position = [centre](float x) { return base::position_by_bits(x, centre); };
-      float low = FLT_MAX, high = -FLT_MAX;
+      float low = largest, high = -largest;
       for (std::uint32_t i = 0; i < count; ++i) {
         low = std::min(low, position(sample[i].lower[k]));
         high = std::max(high, position(sample[i].upper[k]));

@@ -1,0 +1,30 @@
+# Cross build by zig's compiler for C++ (PyPI: ziglang), which brings its own standard library, for the target
+# THRONG_ZIG_TARGET: x86_64-windows-gnu, x86_64-macos or aarch64-macos. The first use of a target takes minutes. Tried with the
+# library for aarch64-macos alone.
+set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES THRONG_ZIG THRONG_ZIG_TARGET)
+find_program(THRONG_ZIG NAMES zig python-zig DOC "The zig compiler" REQUIRED)
+if(THRONG_ZIG_TARGET MATCHES "^(x86_64|aarch64)-(windows|macos)")
+  set(CMAKE_SYSTEM_PROCESSOR ${CMAKE_MATCH_1})
+  set(CMAKE_SYSTEM_NAME Windows)
+  if(CMAKE_MATCH_2 STREQUAL "macos")
+    set(CMAKE_SYSTEM_NAME Darwin)
+  endif()
+else()
+  message(FATAL_ERROR "THRONG_ZIG_TARGET is '${THRONG_ZIG_TARGET}'; set it to x86_64-windows-gnu, x86_64-macos or aarch64-macos")
+endif()
+set(CMAKE_C_COMPILER ${THRONG_ZIG} cc -target ${THRONG_ZIG_TARGET})
+set(CMAKE_CXX_COMPILER ${THRONG_ZIG} c++ -target ${THRONG_ZIG_TARGET})
+# Its other tools are subcommands, too.
+set(CMAKE_AR ${THRONG_ZIG})
+set(CMAKE_RANLIB ${THRONG_ZIG})
+foreach(language C CXX)
+  set(CMAKE_${language}_ARCHIVE_CREATE "<CMAKE_AR> ar qc <TARGET> <LINK_FLAGS> <OBJECTS>")
+  set(CMAKE_${language}_ARCHIVE_APPEND "<CMAKE_AR> ar q <TARGET> <LINK_FLAGS> <OBJECTS>")
+  set(CMAKE_${language}_ARCHIVE_FINISH "<CMAKE_RANLIB> ranlib <TARGET>")
+endforeach()
+# Libraries of the host cannot be used: no oneTBB (THRONG_THREADS=std), no Cairo; some are headers alone.
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+foreach(package hwy fmt CLI11 nlohmann_json)
+  set(${package}_DIR "${CMAKE_CURRENT_LIST_DIR}/host-headers")
+endforeach()
+set(ENV{PKG_CONFIG_LIBDIR} /nonexistent)
