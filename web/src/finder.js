@@ -1,7 +1,6 @@
 // Searches: Finder.
 import * as layout from './layout.js';
 import * as argument from './arguments.js';
-import { errorOf } from './errors.js';
 import { Handle, optionNames, publicResult, writeBoxes } from './handle.js';
 
 export const finderOptions = [...optionNames, 'order', 'algorithm'];
@@ -34,10 +33,10 @@ export class Finder {
     this.#reserve(Math.max(1024, 4 * (set.count + (hasOther ? other.count : 0))));
     for (;;) {
       const status = instance.call('throng_find_into', at, first, second, this.#pairs, this.#capacity);
-      const result = instance.result(instance.call('throng_finder_result', at));
-      if (status === 0) return instance.u32(this.#pairs, 2 * result.found);
-      if (status !== bufferTooSmall) throw errorOf(status, result.message, result);
-      this.#reserve(result.found);
+      if (status !== 0 && status !== bufferTooSmall) instance.check(status, 'throng_finder_result', at);
+      const found = instance.found(instance.call('throng_finder_result', at));
+      if (status === 0) return instance.u32(this.#pairs, 2 * found);
+      this.#reserve(found);
     }
   }
 

@@ -87,7 +87,7 @@ export class Instance {
       if (!(error instanceof WebAssembly.CompileError)) throw error;
       throw new ThrongError(
         'load: the module does not compile here; it needs WebAssembly with 128-bit SIMD (Chrome 91, Firefox 89, ' +
-          'Safari 16.4, Node 16), and a content security policy with wasm-unsafe-eval',
+          'Safari 16.4), and a content security policy with wasm-unsafe-eval',
         'not_loaded',
         { cause: error },
       );
@@ -200,6 +200,10 @@ export class Instance {
     return at;
   }
 
+  /** The number of pairs in a throng_result. */
+  found(at) {
+    return Number(this.data.getBigUint64(at + layout.result.found, true));
+  }
   /** The fields of a throng_result. */
   result(at) {
     const { data } = this;

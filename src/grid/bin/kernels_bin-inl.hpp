@@ -312,8 +312,8 @@ HWY_NOINLINE void bin_impl(const base::Quantizer& map, const char* boxes, std::s
       const auto tu = hn::Mul(hn::Sub(pu, origin), scale);
       const auto ql = to_index(di, hn::Min(hn::Max(tl, hn::Zero(df)), max_index));
       const auto qu = to_index(di, hn::Min(hn::Max(tu, hn::Zero(df)), max_index));
-      const auto words = hn::Or(hn::TableLookupBytesOr0(hn::BitCast(db, ql), take_lower),
-                                hn::TableLookupBytesOr0(hn::BitCast(db, qu), take_upper));
+      const auto words = hn::Or(look_up_bytes(hn::BitCast(db, ql), take_lower),
+                                look_up_bytes(hn::BitCast(db, qu), take_upper));
       const auto first_column_record =
           hn::Or(hn::Max(hn::And(hn::BitCast(dw, words), low_part), least), hn::BitCast(dw, id));
       hn::StoreU(first_column_record, dw,
@@ -340,7 +340,8 @@ HWY_NOINLINE void bin_impl(const base::Quantizer& map, const char* boxes, std::s
       const auto mixed = hn::Add(hn::Add(column_and_span(x, stride_x, Bits<column_bits>()),
                                          column_and_span(y, stride_y, Bits<column_bits + 2>())),
                                  column_and_span(z, stride_z, Bits<column_bits + 4>()));
-      auto number = hn::TableLookupLanes(mixed, in_order);
+      auto number = mixed;
+      if constexpr (group > 1) number = hn::TableLookupLanes(mixed, in_order);
       if (out.column_offset) {
         const auto world = hn::LoadU(du, out.column_offset + i), low = hn::Set(du, max_columns - 1);
         number = hn::Or(hn::Add(number, hn::And(world, low)), hn::AndNot(low, world));

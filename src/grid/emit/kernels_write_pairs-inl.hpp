@@ -31,6 +31,14 @@ HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
 #if HWY_TARGET == HWY_AVX3_DL
   (void)d;
   return static_cast<std::uint32_t>(mask.raw);
+#elif HWY_TARGET == HWY_WASM
+  // Highway 1.0 gathers the bits in memory.
+  (void)d;
+  constexpr std::size_t lane_bytes = sizeof(hn::TFromD<D>);
+  static_assert(lane_bytes == 1 || lane_bytes == 2 || lane_bytes == 4);
+  if constexpr (lane_bytes == 1) return wasm_i8x16_bitmask(mask.raw);
+  if constexpr (lane_bytes == 2) return wasm_i16x8_bitmask(mask.raw);
+  return wasm_i32x4_bitmask(mask.raw);
 #else
   // Reads the same width that was written: a wider load would miss store forwarding.
   constexpr std::size_t lanes = hn::MaxLanes(D());
@@ -42,10 +50,38 @@ HWY_INLINE std::uint32_t bits_of(D d, hn::Mask<D> mask) {
 #endif
 }
 
+// The bytes of `from` at `indices`, in each block; 0 for an index above 127.
+template <class V>
+HWY_INLINE V look_up_bytes(V from, V indices) {
+#if HWY_TARGET == HWY_WASM
+  // Highway 1.0 reads one byte after the other.
+  return V{wasm_i8x16_swizzle(from.raw, indices.raw)};
+#else
+  return hn::TableLookupBytesOr0(from, indices);
+#endif
+}
+
+#if HWY_TARGET == HWY_WASM
+// The indices of bytes that move the lanes of a mask of four to the front.
+struct FrontBytes {
+  alignas(16) std::uint8_t of[16][16] = {};
+  constexpr FrontBytes() {
+    for (unsigned bits = 0; bits < 16; ++bits) {
+      for (unsigned k = 0; k < 16; ++k)
+        of[bits][k] =
+            static_cast<std::uint8_t>(4 * base::compress_table.lanes[bits][k / 4] + k % 4);
+    }
+  }
+};
+inline constexpr FrontBytes front_bytes;
+#endif
+
 // Moves the lanes of `bits` to the front, in order; the rest is unspecified.
 HWY_INLINE V32 compress(V32 v, std::uint32_t bits) {
 #if HWY_TARGET == HWY_AVX3_DL
   return hn::Compress(v, hn::Mask<D32>{static_cast<__mmask16>(bits)});
+#elif HWY_TARGET == HWY_WASM
+  return V32{wasm_i8x16_swizzle(v.raw, wasm_v128_load(front_bytes.of[bits & 15]))};
 #else
   // Highway's version keeps its table in the function, and GCC copies that to the stack per call.
   const D32 d;

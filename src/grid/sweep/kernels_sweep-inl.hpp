@@ -132,12 +132,12 @@ HWY_NOINLINE void StripSweep<orientation>::load_queries() {
     const std::uint32_t q = windows_[o].query / group * group;
     taken = q + group;
     const auto records = load_records<1>(d, queries_.record + begin_ + q);
-    const auto low = hn::BitCast(d64, hn::TableLookupBytes(records, first));
+    const auto low = hn::BitCast(d64, look_up_bytes(records, first));
     // One bit per lower coordinate of 0, summed and stored in both halves of the last value.
     const auto zero = hn::Eq(hn::BitCast(d16, records), hn::Zero(d16));
     const auto sum = hn::SumsOf8(hn::BitCast(d, hn::IfThenElseZero(zero, axis_bits)));
-    const auto high = hn::Or(hn::TableLookupBytesOr0(records, second),
-                             hn::TableLookupBytesOr0(hn::BitCast(d, sum), reject_bits_shuffle));
+    const auto high = hn::Or(look_up_bytes(records, second),
+                             look_up_bytes(hn::BitCast(d, sum), reject_bits_shuffle));
     store_blocks_interleaved(low, hn::BitCast(d64, high),
                              reinterpret_cast<std::uint64_t*>(query_ + q));
   }

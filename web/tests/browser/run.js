@@ -6,6 +6,7 @@ const problems = [];
 for (const kind of ['error', 'warn']) {
   console[kind] = (...texts) => problems.push(`console.${kind}: ${texts.join(' ')}`);
 }
+console.log = () => {}; // the examples; what else reaches the console is a problem
 addEventListener('error', (event) => problems.push(`uncaught: ${event.message}`));
 addEventListener('unhandledrejection', (event) => problems.push(`unhandled: ${event.reason}`));
 
