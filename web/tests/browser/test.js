@@ -1,7 +1,9 @@
 // What the tests use of node:test, in a browser.
 const tests = [];
 
-export default function test(name, run) {
+/** test(name, run), or test(name, { skip }, run). */
+export default function test(name, options, run = options) {
+  if (options.skip) return;
   tests.push({ name, run });
 }
 /** Runs what was registered since the last call; returns [name, error or null] of each. */
