@@ -61,6 +61,8 @@ export interface FindOnGpuOptions {
   counts?: Buffer;
   /** A GPUCommandEncoder to which the search is added. Default: the search is submitted. */
   encoder?: Encoder;
+  /** A GPUComputePassTimestampWrites for the search; the device needs the feature timestamp-query. */
+  timestampWrites?: object;
 }
 
 /** Finds pairs on a GPU repeatedly, and keeps its memory. */

@@ -244,7 +244,7 @@ export class GpuFinder {
 
   findOnGpu(boxes, count, options) {
     this.#check();
-    const given = argument.object(options, ['capacity', 'stride', 'filters', 'pairs', 'counts', 'encoder']);
+    const given = argument.object(options, ['capacity', 'stride', 'filters', 'pairs', 'counts', 'encoder', 'timestampWrites']);
     whole(count, 'count', largestCount);
     this.#checkCount(count);
     const capacity = whole(given.capacity ?? Math.min(4 * count + firstCapacity, this.maxPairs), 'capacity', this.maxPairs);
@@ -260,7 +260,7 @@ export class GpuFinder {
     const pairs = given.pairs ?? this.#reserve('pairs', 8 * Math.max(capacity, 1));
     const counts = given.counts ?? this.#reserve('counts', bytesOfCounts);
     const encoder = given.encoder ?? this.#device.createCommandEncoder();
-    this.#record(encoder, { boxes, pairs, counts, filters: given.filters }, count, stride, capacity);
+    this.#record(encoder, { boxes, pairs, counts, filters: given.filters }, count, stride, capacity, given.timestampWrites);
     if (given.encoder === undefined) this.#device.queue.submit([encoder.finish()]);
     return { pairs, counts, capacity };
   }
@@ -280,7 +280,7 @@ export class GpuFinder {
   }
 
   /** Records all steps of a frame; returns their number. */
-  #record(encoder, given, count, stride, capacity) {
+  #record(encoder, given, count, stride, capacity, timestampWrites) {
     const isSorted = this.#order === 'canonical';
     const frame = frames[this.#frame(count) + (isSorted ? ' sorted' : '')];
     const { workgroups, bytes } = sizesOf(count, capacity, isSorted);
@@ -295,7 +295,7 @@ export class GpuFinder {
       if (name !== null) bound[name] ??= this.#reserve(name, bytes[name]);
     }
     for (const name of frame.clear) encoder.clearBuffer(bound[name], 0, bytes[name]);
-    const pass = encoder.beginComputePass();
+    const pass = encoder.beginComputePass({ label: 'throng', ...(timestampWrites && { timestampWrites }) });
     for (const name of frame.steps) {
       const pipeline = this.#pipelines[name];
       const entries = steps[name].buffers

@@ -25,7 +25,7 @@ const profile = await mkdtemp(join(tmpdir(), 'throng-chromium-'));
 const address = `http://127.0.0.1:${server.address().port}/web-tests/browser/?files=${files.join(',')}`;
 // SwiftShader for WebGPU. The sandbox cannot be set up in most containers; the pages are ours.
 const flags = ['--headless', '--no-sandbox', '--disable-gpu-sandbox', '--enable-unsafe-webgpu', '--use-webgpu-adapter=swiftshader',
-  '--enable-features=Vulkan', '--no-first-run', '--disable-extensions', '--disable-background-networking', '--disable-component-update',
+  '--enable-features=Vulkan', '--use-angle=swiftshader', '--use-vulkan=swiftshader', '--no-first-run', '--disable-extensions', '--disable-background-networking', '--disable-component-update',
   '--disable-sync', '--disable-default-apps', '--disable-dev-shm-usage', '--enable-logging=stderr', `--user-data-dir=${profile}`];
 const browser = spawn(program, [...flags, address], { stdio: ['ignore', 'ignore', 'pipe'] });
 let log = '';
