@@ -31,11 +31,11 @@ export function fixedScene(boxes) {
   const low = [Infinity, Infinity, Infinity];
   const high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < boxes.length; i += 6) {
+    const [from, to] = [boxes.subarray(i, i + 3), boxes.subarray(i + 3, i + 6)];
+    if (!from.every((x, k) => x <= to[k] && Number.isFinite(x) && Number.isFinite(to[k]))) continue;
     for (let k = 0; k < 3; ++k) {
-      const [from, to] = [boxes[i + k], boxes[i + 3 + k]];
-      if (!(from <= to) || !Number.isFinite(from) || !Number.isFinite(to)) continue;
-      low[k] = Math.min(low[k], from);
-      high[k] = Math.max(high[k], to);
+      low[k] = Math.min(low[k], from[k]);
+      high[k] = Math.max(high[k], to[k]);
     }
   }
   const extent = low.map((from, k) => (high[k] > from ? high[k] - from : 1));

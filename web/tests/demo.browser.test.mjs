@@ -11,9 +11,10 @@ Object.assign(page, { width: 900, height: 700 });
 
 /** Opens the page and waits for frames; returns its last state. */
 async function open(query) {
-  page.src = `../web/demo/index.html?paused&${query}`;
+  page.src = new URL(`../web/demo/index.html?paused&${query}`, import.meta.url);
+  const loaded = new Promise((resolve) => (page.onload = resolve));
   document.body.append(page);
-  await new Promise((resolve) => (page.onload = resolve));
+  await loaded;
   for (;;) {
     await new Promise((resolve) => setTimeout(resolve, 200));
     const { message, state } = read();
