@@ -90,7 +90,7 @@ View look_at(const Box* boxes, std::size_t count, int width, int height, float a
   const float half_view = 14 * degree;
   const float w = static_cast<float>(width), h = static_cast<float>(height);
   v.centre_x = w / 2;
-  v.centre_y = h * 0.475f;  // the legend needs more room than the title
+  v.centre_y = h * 0.475f;  // the legend needs more space than the title
   v.focal = h / 2 / std::tan(half_view);
   if (v.shown.empty()) {
     v.eye = v.forward * -10;

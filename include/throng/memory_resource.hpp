@@ -1,5 +1,5 @@
-// std::pmr::memory_resource, also where the standard library has only its predecessor (libc++ before
-// 16).
+// std::pmr::memory_resource, also where the standard library has only its predecessor (libc++
+// before 16).
 #pragma once
 
 #include <throng/cpp17.hpp>
