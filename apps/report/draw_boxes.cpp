@@ -22,7 +22,6 @@ class Painter {
   Painter(const Box* boxes, std::size_t count, const float* values, const PictureStyle& style)
       : boxes_(boxes),
         values_(values),
-        style_(style),
         width_(style.width),
         height_(style.height),
         view_(look_at(boxes, count, 2 * width_, 2 * height_, style.azimuth, style.elevation,
@@ -129,7 +128,6 @@ class Painter {
 
   const Box* boxes_;
   const float* values_;
-  const PictureStyle& style_;
   int width_, height_;
   View view_;
   Canvas canvas_, shadow_;

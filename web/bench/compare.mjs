@@ -1,6 +1,6 @@
-// Times a search of 100,000 uniform boxes in WebAssembly, beside native code on one thread, in turns; and beside other
-// JavaScript packages where npm has them: node compare.mjs FOLDER PROGRAM. FOLDER has the cases of scripts/web.
-import { execFileSync } from 'node:child_process';
+// Times a search of 100,000 uniform boxes in WebAssembly, in Node and where it is installed in Chromium, beside native code on one
+// thread, in turns; and beside other JavaScript packages. node compare.mjs FOLDER PROGRAM: FOLDER has the cases of scripts/web.
+import { execFileSync, spawnSync } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -50,6 +50,27 @@ for (let round = 0; round < rounds; ++round) {
 }
 rmSync(work, { recursive: true });
 
+// The same search in Chromium, in one go, by the clock: pages cannot read processor time.
+const { openInChromium, program: chromium } = await import(new URL('chromium.mjs', here));
+if (spawnSync(chromium, ['--version']).error === undefined) {
+  const page = `<!doctype html><script type="module">
+    import { load } from '/web/index.js';
+    import { readCases } from '/web-tests/support.mjs';
+    const throng = await load();
+    const { boxes } = (await readCases()).golden.find((one) => one.name === 'uniform 100000');
+    const memory = throng.allocateBoxes(boxes.length / 6);
+    memory.values.set(boxes);
+    const finder = new throng.Finder({ isa: 'wasm' });
+    const timed = () => { const start = performance.now(); finder.find(memory); return performance.now() - start; };
+    for (let i = 0; i < 20; ++i) timed();
+    const times = Array.from({ length: ${rounds * runs} }, timed);
+    await fetch('/report', { method: 'POST', body: JSON.stringify({ times, found: finder.result.found }) });
+  </script>`;
+  const report = await openInChromium(join(folder, '..'), '/time/', { '/time/': page });
+  if (report.found !== finders.wasm.result.found) throw new Error(`Chromium found ${report.found} pairs ${report.failed} ${report.log}`);
+  times['Chromium, SIMD, by the clock'] = report.times;
+}
+
 const median = (list) => [...list].sort((a, b) => a - b)[list.length >> 1];
 const least = (list) => Math.min(...list);
 const base = times['native, SSE4'];
@@ -60,19 +81,13 @@ for (const [name, list] of Object.entries(times)) {
   console.log(name.padEnd(34) + cells.map((cell, i) => cell.padStart([7, 9, 13, 14][i])).join(''));
 }
 
-// The others know two dimensions: the same rectangles for all.
-const flat = Float32Array.from({ length: 4 * count }, (_, k) => boxes[6 * (k >> 2) + [0, 1, 3, 4][k & 3]]);
-const finder = new throng.Finder({ dimensions: 2 });
-console.log(`\n${count} rectangles, all pairs, ms of processor time, least of 3 runs`);
+// The other packages, from web/node_modules: npm install --prefix web flatbush rbush box-intersect.
+const finder = { flat: new throng.Finder({ dimensions: 2 }), solid: new throng.Finder() };
 function report(name, pairs, run) {
   const list = [timed(run), timed(run), timed(run)];
   console.log(`${name.padEnd(34)}${least(list).toFixed(1).padStart(9)}   ${pairs} pairs`);
 }
-finder.find(flat);
-const wanted = finder.result.found;
-report('throng', wanted, () => finder.find(flat));
-
-async function other(name, findPairs) {
+async function other(name, wanted, findPairs) {
   let made;
   try {
     made = await import(name);
@@ -84,9 +99,33 @@ async function other(name, findPairs) {
   const run = () => findPairs(made.default);
   const found = run();
   if (found !== wanted) throw new Error(`${name} found ${found} pairs, wanted ${wanted}`);
-  report(`${name}, built and queried`, found, run);
+  report(name, found, run);
 }
-await other('flatbush', (Flatbush) => {
+function ours(finder, values) {
+  finder.find(values);
+  const { found } = finder.result;
+  report('throng', found, () => finder.find(values));
+  return found;
+}
+// Its boxes are arrays; to make them is not timed.
+async function boxIntersect(values, wanted) {
+  const stride = values.length / count;
+  const items = Array.from({ length: count }, (_, i) => Array.from(values.subarray(stride * i, stride * (i + 1))));
+  await other('box-intersect', wanted, (intersect) => {
+    let found = 0;
+    intersect(items, () => void ++found);
+    return found;
+  });
+}
+
+console.log(`\n${count} boxes, all pairs, ms of processor time, least of 3 runs`);
+await boxIntersect(boxes, ours(finder.solid, boxes));
+
+const flat = Float32Array.from({ length: 4 * count }, (_, k) => boxes[6 * (k >> 2) + [0, 1, 3, 4][k & 3]]);
+console.log(`\n${count} rectangles, all pairs, ms of processor time, least of 3 runs; trees are built and queried`);
+const wanted = ours(finder.flat, flat);
+await boxIntersect(flat, wanted);
+await other('flatbush', wanted, (Flatbush) => {
   const index = new Flatbush(count, 16, Float32Array);
   for (let i = 0; i < count; ++i) index.add(flat[4 * i], flat[4 * i + 1], flat[4 * i + 2], flat[4 * i + 3]);
   index.finish();
@@ -96,7 +135,7 @@ await other('flatbush', (Flatbush) => {
   }
   return found;
 });
-await other('rbush', (RBush) => {
+await other('rbush', wanted, (RBush) => {
   const tree = new RBush();
   const items = Array.from({ length: count }, (_, id) => ({
     minX: flat[4 * id], minY: flat[4 * id + 1], maxX: flat[4 * id + 2], maxY: flat[4 * id + 3], id,

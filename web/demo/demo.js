@@ -185,8 +185,13 @@ function followLink() {
   setPaused(isPaused || given.has('paused'));
 }
 
+// The page is painted before this work begins.
+const painted = () => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
+
 async function start() {
   followLink();
+  at('what').textContent = 'Preparing the GPU. The first time takes some seconds.';
+  await painted();
   try {
     const device = await requestDevice();
     world = await GpuWorld.create(device, canvas);
