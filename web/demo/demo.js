@@ -1,6 +1,7 @@
 // The page: controls, the loop of frames, and what is shown about them.
 import { load } from '../index.js';
-import { GpuWorld, requestDevice } from './gpu.js';
+import { requestDevice } from '../webgpu.js';
+import { GpuWorld } from './gpu.js';
 import { Camera } from './camera.js';
 import { boxesOfNpy } from './npy.js';
 import { fixedScene, moveBoxes, randomScene } from './scene.js';
@@ -185,6 +186,12 @@ function followLink() {
   setPaused(isPaused || given.has('paused'));
 }
 
+// Browsers give little away; SwiftShader is a CPU.
+function nameOf({ adapterInfo: info }) {
+  const name = info && (info.description || `${info.vendor} ${info.architecture}`.trim());
+  return name || 'yes';
+}
+
 // The page is painted before this work begins.
 const painted = () => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
 
@@ -193,8 +200,9 @@ async function start() {
   at('what').textContent = 'Preparing the GPU. The first time takes some seconds.';
   await painted();
   try {
-    const device = await requestDevice();
+    const device = await requestDevice(['timestamp-query']);
     world = await GpuWorld.create(device, canvas);
+    at('device').textContent = nameOf(device);
     device.lost.then(({ message }) => {
       if (document.hidden) return;
       show(`The GPU device is lost (${message}). Load the page again.`);
@@ -202,7 +210,11 @@ async function start() {
     });
   } catch (error) {
     world = undefined;
-    show(`${error.message} The page runs on the CPU, in WebAssembly.`);
+    at('device').textContent = 'none';
+    const why = error.code !== 'no_device' ? error.message
+      : navigator.gpu ? 'WebGPU finds no GPU on this machine.'
+      : 'This browser has no WebGPU, or the page is not opened by https: or from localhost.';
+    show(`${why} The page runs on the CPU, in WebAssembly.`);
     for (const input of at('controls').elements.search) {
       input.disabled = input.value !== 'cpu';
       input.checked = input.value === 'cpu';

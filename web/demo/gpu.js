@@ -11,17 +11,6 @@ function dispatch(pass, groups) {
   pass.dispatchWorkgroups(width, width ? Math.ceil(groups / width) : 0);
 }
 
-/** A GPU device for the page, or an Error that says why there is none. */
-export async function requestDevice() {
-  if (!navigator.gpu) throw new Error('This browser has no WebGPU, or the page is not opened by https: or from localhost.');
-  const adapter = await navigator.gpu.requestAdapter({ powerPreference: 'high-performance' });
-  if (!adapter) throw new Error('WebGPU finds no GPU on this machine.');
-  const requiredLimits = {};
-  for (const name of ['maxStorageBufferBindingSize', 'maxBufferSize']) requiredLimits[name] = adapter.limits[name];
-  const requiredFeatures = adapter.features.has('timestamp-query') ? ['timestamp-query'] : [];
-  return adapter.requestDevice({ requiredLimits, requiredFeatures });
-}
-
 /** Times of the stages of a frame in milliseconds; none where the device cannot measure them. */
 class Timer {
   #queries;

@@ -1,7 +1,7 @@
 // The boxes that move: the same on the GPU (move_boxes.wgsl) and here.
 
 /** Numbers in [0, 1), the same in every run. */
-function random(seed) {
+export function random(seed) {
   let state = seed >>> 0;
   return () => {
     state = (state + 0x6d2b79f5) | 0;

@@ -8,8 +8,14 @@ type Encoder = object;
 
 export { ThrongError } from './index.js';
 
+/**
+ * A GPUDevice of the fastest adapter, with the adapter's limits for buffers, and with those of the features that it has, such
+ * as 'timestamp-query'. Rejects with a ThrongError of code 'no_device' where there is none.
+ */
+export function requestDevice(features?: Iterable<string>): Promise<Device>;
+
 export interface GpuFinderOptions {
-  /** A GPUDevice. Default: a device of the fastest adapter, with the adapter's limits. */
+  /** A GPUDevice. Default: that of requestDevice(). */
   device?: Device;
   /** The pairs are the same for each. Default: 'auto', which is 'all-pairs' up to 2,048 boxes. */
   algorithm?: 'auto' | 'all-pairs' | 'grid';

@@ -70,8 +70,8 @@ function whole(value, name, most) {
   throw new RangeError(`${name}: found ${value}, wanted an integer from 0 to ${most}`);
 }
 
-/** A device of the fastest adapter, with the adapter's limits. */
-async function defaultDevice() {
+/** See webgpu.d.ts. */
+export async function requestDevice(features = []) {
   const remedy = 'use load() and its Finder, which run on the CPU';
   const gpu = globalThis.navigator?.gpu;
   if (!gpu) {
@@ -86,7 +86,8 @@ async function defaultDevice() {
   }
   const requiredLimits = {};
   for (const name of ['maxStorageBufferBindingSize', 'maxBufferSize']) requiredLimits[name] = adapter.limits[name];
-  return adapter.requestDevice({ label: 'throng', requiredLimits });
+  const requiredFeatures = [...features].filter((name) => adapter.features.has(name));
+  return adapter.requestDevice({ label: 'throng', requiredLimits, requiredFeatures });
 }
 
 const pipelinesOfDevices = new WeakMap();
@@ -134,7 +135,7 @@ export class GpuFinder {
     finder.#order = choice(given.order ?? 'any', 'order', ['any', 'canonical']);
     finder.#nan = choice(given.nan ?? 'refuse', 'nan', ['refuse', 'inactive']);
     finder.#inverted = choice(given.inverted ?? 'inactive', 'inverted', ['refuse', 'inactive']);
-    const device = given.device ?? (await defaultDevice());
+    const device = given.device ?? (await requestDevice());
     if (typeof device.createComputePipelineAsync !== 'function') {
       throw new TypeError(`device: found ${described(device)}, wanted a GPUDevice, or none`);
     }

@@ -1,4 +1,5 @@
 // Shared by the tests: files, checksums, random boxes, and the double loop.
+export { random } from '../web/demo/scene.js';
 
 export async function readBytes(name) {
   const url = new URL(name, import.meta.url);
@@ -58,16 +59,7 @@ export function sequenceChecksum(pairs) {
   return hexadecimal(state);
 }
 
-/** Numbers in [0, 1), the same in every run. */
-export function random(seed) {
-  let state = seed >>> 0;
-  return () => {
-    state = (state + 0x6d2b79f5) | 0;
-    let t = Math.imul(state ^ (state >>> 15), 1 | state);
-    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
-    return ((t ^ (t >>> 14)) >>> 0) / 2 ** 32;
-  };
-}
+/** Boxes whose lower corners are in a cube of this side; `next` is that of random(). */
 export function randomBoxes(next, count, side, size = 1) {
   const boxes = new Float32Array(6 * count);
   for (let i = 0; i < count; ++i) {
