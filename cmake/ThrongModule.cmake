@@ -25,6 +25,12 @@ if(NOT PROJECT_IS_TOP_LEVEL AND CMAKE_BUILD_TYPE STREQUAL "Debug")
                  "target_compile_options(throng PRIVATE -O2) optimizes it alone")
 endif()
 
+# Warnings that a surrounding project requests are for its own code.
+set(throng_warnings -Wall -Wextra -Wshadow)
+if(NOT PROJECT_IS_TOP_LEVEL AND NOT THRONG_WERROR)
+  set(throng_warnings -w)
+endif()
+
 function(throng_module target)
   target_compile_features(${target} PUBLIC cxx_std_17 PRIVATE cxx_std_20)
   set_target_properties(${target} PROPERTIES CXX_STANDARD 20 CXX_EXTENSIONS OFF UNITY_BUILD OFF)
@@ -35,7 +41,7 @@ function(throng_module target)
     # exceptions, and needs bit-identical results on host and device, hence no fused multiply-add (last, since
     # -fno-fast-math restores clang's default).
     target_compile_options(${target} PRIVATE "${throng_optimize}"
-      "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-fexceptions;-fno-fast-math;-fno-finite-math-only>"
+      "$<$<COMPILE_LANGUAGE:CXX>:${throng_warnings};-fexceptions;-fno-fast-math;-fno-finite-math-only>"
       "$<$<COMPILE_LANGUAGE:CXX>:-fno-associative-math;-fno-reciprocal-math;-fsigned-zeros;-ffp-contract=off>"
       "$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${THRONG_WERROR}>>:-Werror>")
   endif()

@@ -128,8 +128,9 @@ class CellMap {
   }
   // Whether the range reaches the clamp of the quantized coordinates.
   static bool is_clamped(const Range& r) noexcept {
+    constexpr auto most = static_cast<std::int32_t>(max_units);
     bool far = false;
-    for (int k = 0; k < 3; ++k) far |= r.lower[k] <= -max_units || r.upper[k] >= max_units;
+    for (int k = 0; k < 3; ++k) far |= r.lower[k] <= -most || r.upper[k] >= most;
     return far;
   }
   // Number of cells, at most `most`. At most 2^26 per axis, so the product of two does not

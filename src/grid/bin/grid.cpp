@@ -121,7 +121,9 @@ void BinnedGrid::prepare(const Search& search, const GridPlan& plan, std::size_t
   block_bytes_ = 32768;
   const double chain_bytes = per_chain * sizeof(Record);
   const std::uintptr_t least_bytes = plan.worlds == 1 ? 512 : (chain_bytes < 128 ? 64 : 128);
-  while (block_bytes_ > least_bytes && block_bytes_ * 4 > chain_bytes) block_bytes_ /= 2;
+  while (block_bytes_ > least_bytes && static_cast<double>(block_bytes_ * 4) > chain_bytes) {
+    block_bytes_ /= 2;
+  }
   const std::size_t chains = std::size_t{columns_} * task_count;
   const std::size_t blocks =
       static_cast<std::size_t>(records / static_cast<double>(block_bytes_ / sizeof(Record) - 1)) +
