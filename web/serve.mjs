@@ -46,6 +46,9 @@ export async function serve(folder, port = 0, answer = async () => false) {
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
   const [folder = '.', port = '8080'] = process.argv.slice(2);
-  const server = await serve(folder, Number(port));
+  const server = await serve(folder, Number(port)).catch((error) => {
+    console.error(`port ${port}: ${error.message}; choose another one`);
+    process.exit(1);
+  });
   console.log(`http://127.0.0.1:${server.address().port}/`);
 }

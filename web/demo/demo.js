@@ -21,9 +21,12 @@ let isPaused = matchMedia('(prefers-reduced-motion: reduce)').matches;
 let time = 0;
 let frames = 0;
 
+// What stays on the page until it is loaded again, before what show() adds.
+let always = '';
 function show(message) {
-  at('message').hidden = !message;
-  at('message').textContent = message;
+  const text = `${always} ${message}`.trim();
+  at('message').hidden = !text;
+  at('message').textContent = text;
 }
 const chosen = () => at('controls').elements.search.value;
 function setPaused(paused) {
@@ -32,12 +35,28 @@ function setPaused(paused) {
   at('pause').setAttribute('aria-pressed', String(paused));
 }
 
+const mostForBrute = 100_000;
+function checkBrute() {
+  if (!world || !scene) return;
+  const { search } = at('controls').elements;
+  const brute = [...search].find(({ value }) => value === 'brute');
+  brute.disabled = scene.count > mostForBrute;
+  if (!brute.disabled || !brute.checked) return;
+  search.value = 'throng';
+  showRows();
+  show(`Brute force is offered up to ${whole.format(mostForBrute)} boxes: more pairs keep a GPU busy for seconds.`);
+}
+
 function setScene(next) {
   if (world) world.setScene(next);
   scene = next;
   time = 0;
   scene.onCpu = undefined;
-  at('what').textContent = next.name ? `${next.name}: ${whole.format(next.count)} boxes.` : '';
+  at('what').textContent = next.name ? `${next.name}: ${next.count === 1 ? 'one box' : `${whole.format(next.count)} boxes`}.` : '';
+  if (next.inactive > 0) {
+    show(`${whole.format(next.inactive)} of the boxes overlap nothing, as they have lower > upper or a NaN. Six numbers per box: lower x, y, z, upper x, y, z.`);
+  }
+  checkBrute();
 }
 
 /** The pairs of this moment by WebAssembly, with the number of partners of each box. */
@@ -122,9 +141,13 @@ async function loop(now) {
   requestAnimationFrame(loop);
 }
 
+// Only the paper's search has a grid of its own, with X.
+function showRows() {
+  at('cells').hidden = at('gridRow').hidden = chosen() !== 'paper';
+}
 at('controls').addEventListener('submit', (event) => event.preventDefault());
 at('controls').addEventListener('change', (event) => {
-  at('cells').hidden = chosen() !== 'paper';
+  showRows();
   if (event.target === at('count')) choose(() => randomScene(Number(at('count').value)));
 });
 at('perCell').addEventListener('input', () => (at('perCellValue').textContent = at('perCell').value));
@@ -140,6 +163,8 @@ function choose(make) {
 }
 async function openFile(file) {
   if (!file) return;
+  at('count').selectedIndex = -1; // so that each choice is a change
+  at('file').value = '';
   const data = await file.arrayBuffer();
   choose(() => {
     const boxes = boxesOfNpy(data);
@@ -182,7 +207,7 @@ function followLink() {
   for (const input of at('controls').elements.search) input.checked ||= input.value === given.get('search');
   if (given.has('x')) at('perCell').value = given.get('x');
   at('perCellValue').textContent = at('perCell').value;
-  at('cells').hidden = chosen() !== 'paper';
+  showRows();
   setPaused(isPaused || given.has('paused'));
 }
 
@@ -214,7 +239,8 @@ async function start() {
     const why = error.code !== 'no_device' ? error.message
       : navigator.gpu ? 'WebGPU finds no GPU on this machine.'
       : 'This browser has no WebGPU, or the page is not opened by https: or from localhost.';
-    show(`${why} The page runs on the CPU, in WebAssembly.`);
+    always = `${why} The page runs on the CPU, in WebAssembly.`;
+    show('');
     for (const input of at('controls').elements.search) {
       input.disabled = input.value !== 'cpu';
       input.checked = input.value === 'cpu';

@@ -26,12 +26,14 @@ export function randomScene(count) {
   return { count, side, bodies, low: [0, 0, 0], extent: [side, side, side] };
 }
 
-/** Boxes of a file, which stay where they are. */
+/** Boxes of a file, which stay where they are. `inactive` of them overlap nothing: lower > upper, or a NaN. */
 export function fixedScene(boxes) {
+  let inactive = 0;
   const low = [Infinity, Infinity, Infinity];
   const high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < boxes.length; i += 6) {
     const [from, to] = [boxes.subarray(i, i + 3), boxes.subarray(i + 3, i + 6)];
+    if (!from.every((x, k) => x <= to[k])) ++inactive;
     if (!from.every((x, k) => x <= to[k] && Number.isFinite(x) && Number.isFinite(to[k]))) continue;
     for (let k = 0; k < 3; ++k) {
       low[k] = Math.min(low[k], from[k]);
@@ -39,7 +41,7 @@ export function fixedScene(boxes) {
     }
   }
   const extent = low.map((from, k) => (high[k] > from ? high[k] - from : 1));
-  return { count: boxes.length / 6, boxes, low: low.map((from) => (Number.isFinite(from) ? from : 0)), extent };
+  return { count: boxes.length / 6, inactive, boxes, low: low.map((from) => (Number.isFinite(from) ? from : 0)), extent };
 }
 
 /** Writes the boxes of a time: lower x, y, z, upper x, y, z. */

@@ -43,7 +43,7 @@ export function floats(instance, value, name, wanted = 'a Float32Array') {
   if (value instanceof Float64Array) {
     refuse(name, value, `${wanted}; convert it with Float32Array.from, which rounds: give lower corners less and upper more`);
   }
-  if (Array.isArray(value)) refuse(name, value, `${wanted}; convert it with new Float32Array(${name})`);
+  if (Array.isArray(value)) refuse(name, value, `${wanted}; convert numbers with new Float32Array(${name})`);
   if (!(value instanceof Float32Array)) refuse(name, value, wanted);
   return checked(instance, value, name);
 }
@@ -59,22 +59,31 @@ export class BoxMemory {
   #instance;
   #at;
   #length;
+  #dimensions;
 
-  constructor(instance, at, length) {
+  constructor(instance, at, count, dimensions) {
     this.#instance = instance;
     this.#at = at;
-    this.#length = length;
+    this.#length = 2 * dimensions * count;
+    this.#dimensions = dimensions;
   }
   static alive(memory) {
     if (memory.#at === 0) throw new ThrongError('boxes: this memory was freed; allocate other', 'released');
     return memory.#at;
   }
-  static of(memory, instance, name) {
+  /** {count, packed} */
+  static of(memory, instance, name, dimensions) {
     const at = BoxMemory.alive(memory);
+    if (memory.#dimensions !== dimensions) {
+      throw new RangeError(
+        `${name}: found memory for boxes of ${memory.#dimensions} dimensions, wanted ${dimensions}; allocate it with ` +
+          `allocateBoxes(count, { dimensions: ${dimensions} })`,
+      );
+    }
     if (memory.#instance !== instance) {
       throw new TypeError(`${name}: found memory of another load(); allocate it with the same one`);
     }
-    return { inside: at, length: memory.#length };
+    return { count: memory.#length / (2 * dimensions), packed: { inside: at, length: memory.#length } };
   }
   /** A Float32Array; take it again after each call, as memory that grows gives it another buffer. */
   get values() {
@@ -95,10 +104,7 @@ const boxesWanted = (dimensions) =>
 /** Boxes: {count, packed} or {count, lower, upper}. */
 export function boxes(instance, value, name, dimensions) {
   const wanted = boxesWanted(dimensions);
-  if (value instanceof BoxMemory) {
-    const packed = BoxMemory.of(value, instance, name);
-    return { count: countOf(packed, 2 * dimensions, name, 'box'), packed };
-  }
+  if (value instanceof BoxMemory) return BoxMemory.of(value, instance, name, dimensions);
   const isSplit = value !== null && typeof value === 'object' && !ArrayBuffer.isView(value) && ('lower' in value || 'upper' in value);
   if (!isSplit) {
     const packed = floats(instance, value, name, wanted);

@@ -71,6 +71,9 @@ export function described(value) {
   if (value === null || value === undefined) return String(value);
   if (typeof value === 'string') return `'${value.length <= 60 ? value : `${value.slice(0, 57)}...`}'`;
   if (typeof value === 'function') return 'a function';
-  if (typeof value === 'object') return `a ${value.constructor?.name ?? 'object'}`;
+  if (typeof value === 'object') {
+    const name = value.constructor?.name ?? 'object';
+    return `${/^[AEIO]/.test(name) ? 'an' : 'a'} ${name}`;
+  }
   return String(value);
 }

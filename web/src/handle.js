@@ -1,7 +1,7 @@
 // What Finder and BroadPhase have in common: options, memory that is freed, and boxes as a struct.
 import * as layout from './layout.js';
 import * as argument from './arguments.js';
-import { ThrongError } from './errors.js';
+import { ThrongError, described } from './errors.js';
 
 export const optionNames = ['margin', 'nan', 'inverted', 'isa', 'dimensions'];
 const nan = ['refuse', 'inactive'];
@@ -56,7 +56,7 @@ export class Handle {
     this.#instance = instance;
     this.#dimensions = options.dimensions ?? 3;
     if (this.#dimensions !== 2 && this.#dimensions !== 3) {
-      throw new RangeError(`dimensions: found ${String(this.#dimensions)}, wanted 2 or 3`);
+      throw new RangeError(`dimensions: found ${described(this.#dimensions)}, wanted 2 or 3`);
     }
     const at = instance.call(`${prefix}_create`, writeOptions(instance, options, defaultInverted));
     if (at === 0) throw new ThrongError(`out of memory: there is none for a ${kind}`, 'out_of_memory');

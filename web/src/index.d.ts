@@ -12,7 +12,7 @@
  */
 export type Boxes = Float32Array | { readonly lower: Float32Array; readonly upper: Float32Array } | BoxMemory;
 
-/** One value per box, or one integer for all. A pair is reported if all given filters allow it. */
+/** One value per box, or one integer for all. A pair is reported if all given filters allow it; those that are absent do. */
 export interface Filters {
   /** (group a & mask b) and (group b & mask a) must both be nonzero; one that is absent counts as all ones. */
   group?: Uint32Array | number;
@@ -38,7 +38,10 @@ export interface Other {
 export type SearchOptions = Filters & Other;
 
 export interface Options {
-  /** Boxes are compared as lower - margin and upper + margin, rounded outward; in world units, 0 or more. */
+  /**
+   * Boxes are compared as lower - margin and upper + margin, rounded outward, so that boxes up to 2 * margin apart are pairs.
+   * In world units, 0 or more. Overlap queries, shape casts and ray casts ignore it. Default: 0.
+   */
   margin?: number;
   /** A box with a NaN is an error, or inactive: it overlaps nothing. Default: 'refuse'. */
   nan?: 'refuse' | 'inactive';
@@ -72,8 +75,9 @@ export interface Result {
   readonly totalMs: number;
   /** Why the pairs were found in this way. */
   readonly plan: string;
-  readonly algorithm: 'all-pairs' | 'grid';
-  readonly isa: 'wasm' | 'scalar';
+  /** 'auto': before the first search or update. */
+  readonly algorithm: 'auto' | 'all-pairs' | 'grid';
+  readonly isa: 'auto' | 'wasm' | 'scalar';
 }
 
 /** Memory for boxes, filled in place: a search that takes it copies nothing. */
@@ -95,7 +99,9 @@ export interface Finder {
   find(boxes: Boxes, options?: SearchOptions): Uint32Array;
   readonly result: Result;
   readonly memoryBytes: number;
-  /** Gives the memory back. An object that nobody uses any more is freed some time later anyway. */
+  /**
+   * Gives the memory back. An object that nobody uses any more is freed some time later anyway; do not make one per frame.
+   */
   free(): void;
 }
 
@@ -115,7 +121,7 @@ export interface RayHit {
   distance: number;
   /** A point of its box. */
   point: number[];
-  /** Of the face that the ray enters, of length 1. */
+  /** Of the face that the ray enters, of length 1; the opposite of the direction if the ray starts in the box. */
   normal: number[];
 }
 
@@ -157,7 +163,8 @@ export interface BroadPhase {
   /**
    * Shape casts: the objects that boxes hit when they move by `by` (three numbers per box, two in 2-D) from time 0 to
    * 1. `which`: all objects on the way, or the first. Pairs are the index of a box and the id of an object, sorted;
-   * a time is that of first contact, 0 if they overlap at the start.
+   * a time is that of first contact, 0 if they overlap at the start. Both are arrays of their own. Default: 'all'. Queries see
+   * the boxes as last given, also before update().
    */
   findHits(
     boxes: Boxes,
@@ -165,8 +172,10 @@ export interface BroadPhase {
     options?: Filters & { which?: 'all' | 'first' },
   ): { pairs: Uint32Array; times: Float64Array };
   /**
-   * The closest object that a ray hits within maxDistance, or null. layerMask: only objects whose group has one of
-   * these bits. world: only objects of this world, and those of every world.
+   * The closest object that a ray hits within maxDistance (default: Infinity), or null. layerMask: only objects whose group has
+   * one of these bits (default: all). An object whose mask is 0 is found by no query. world: only objects of this world, and
+   * those of every world (default: objects of all worlds). A ray that starts in a box hits it: to leave out its caster, start
+   * outside of it, or give the caster a layer of its own.
    */
   raycast(
     origin: ArrayLike<number>,
@@ -196,18 +205,23 @@ export interface Throng {
   readonly BroadPhase: new (options?: Options) => BroadPhase;
   /** As Finder.find, for one search; returns an array of its own. */
   findPairs(boxes: Boxes, options?: FinderOptions & SearchOptions): Uint32Array;
-  /** Memory for `count` boxes, all zeros. */
+  /** Memory for `count` boxes, all zeros. A search of other dimensions refuses it. */
   allocateBoxes(count: number, options?: { dimensions?: 2 | 3 }): BoxMemory;
   /** The size of the module's memory, at most 4 GiB; it never shrinks. */
   readonly memoryBytes: number;
 }
 
+/** The type of a global name, as lib.dom or @types/node declare it; without them any object. */
+type Global<Name extends string> = typeof globalThis extends { [name in Name]: { prototype: infer Type } } ? Type : object;
+type WasmModule = typeof globalThis extends { WebAssembly: { Module: { prototype: infer Type } } } ? Type : object;
+
 /**
- * Loads the WebAssembly module, by default the throng.wasm beside this file. Each call makes an instance with memory of
+ * Loads the WebAssembly module, by default the throng.wasm beside this file. An address that is relative counts from the page, in
+ * Node from the working folder. Each call makes an instance with memory of
  * its own. Running out of that memory ends the instance: each later call throws, and load() makes another.
  */
 export function load(options?: {
-  module?: string | URL | Response | ArrayBuffer | ArrayBufferView | WebAssembly.Module;
+  module?: string | Global<'URL'> | Global<'Response'> | ArrayBuffer | ArrayBufferView | WasmModule;
 }): Promise<Throng>;
 
 /**

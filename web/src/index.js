@@ -45,10 +45,10 @@ export async function load(options) {
     allocateBoxes(count, { dimensions = 3 } = {}) {
       argument.integer(count, 'count', 0, 0xffffffff);
       argument.integer(dimensions, 'dimensions', 2, 3);
-      const length = 2 * dimensions * count;
-      const at = instance.allocate(4 * length);
-      instance.bytes.fill(0, at, at + 4 * length);
-      return new argument.BoxMemory(instance, at, length);
+      const size = 8 * dimensions * count;
+      const at = instance.allocate(size);
+      instance.bytes.fill(0, at, at + size);
+      return new argument.BoxMemory(instance, at, count, dimensions);
     },
 
     get memoryBytes() {

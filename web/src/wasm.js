@@ -35,6 +35,12 @@ const isModule = (value) => value instanceof WebAssembly.Module;
 const isBytes = (value) => value instanceof ArrayBuffer || ArrayBuffer.isView(value);
 const isResponse = (value) => typeof Response === 'function' && value instanceof Response;
 
+// In Node; on Windows its path begins with a letter and has backslashes.
+function workingFolder() {
+  const path = globalThis.process?.cwd?.() ?? '';
+  return `file:///${path.replaceAll('\\', '/').replace(/^\//, '')}/`;
+}
+
 async function readFile(url) {
   // Bundlers for browsers must not look for this module.
   const name = 'node:fs/promises';
@@ -45,8 +51,7 @@ async function readFile(url) {
 async function instantiateResponse(response, given) {
   if (!response.ok) {
     throw new ThrongError(
-      `load: ${response.url} gave HTTP status ${response.status}; serve throng.wasm beside index.js, or pass ` +
-        'load({ module: its URL })',
+      `load: ${response.url} gave HTTP status ${response.status}; serve throng.wasm there, or pass load({ module: its URL })`,
       'not_loaded',
     );
   }
@@ -65,7 +70,7 @@ async function instantiate(source, given) {
       `load: module: found ${described(source)}, wanted a URL, a Response, the bytes, or a WebAssembly.Module`,
     );
   }
-  const url = new URL(source, import.meta.url);
+  const url = new URL(source, globalThis.location?.href ?? workingFolder());
   if (url.protocol === 'file:') return WebAssembly.instantiate(await readFile(url), given);
   return instantiateResponse(await fetch(url), given);
 }
@@ -86,13 +91,16 @@ export class Instance {
     } catch (error) {
       if (!(error instanceof WebAssembly.CompileError)) throw error;
       throw new ThrongError(
-        'load: the module does not compile here; it needs WebAssembly with 128-bit SIMD (Chrome 91, Firefox 89, ' +
-          'Safari 16.4), and a content security policy with wasm-unsafe-eval',
+        'load: the module does not compile here: it is not throng.wasm, or the browser lacks WebAssembly with 128-bit SIMD ' +
+          '(Chrome 91, Firefox 89, Safari 16.4), or its content security policy lacks wasm-unsafe-eval',
         'not_loaded',
         { cause: error },
       );
     }
     const { exports } = loaded.instance;
+    if (!exports.throng_version) {
+      throw new TypeError('load: module: found another WebAssembly module, wanted throng.wasm of this package');
+    }
     memory = exports.memory;
     exports._initialize();
     return new Instance(exports);

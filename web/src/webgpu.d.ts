@@ -1,10 +1,11 @@
 // The search on a GPU, by WebGPU. The pairs are those of load() and its Finder on every device, as the shaders decide by
 // integers alone.
 
-/** What this module uses of WebGPU's types; those of @webgpu/types and of lib.dom fit. */
-type Device = object;
-type Buffer = object;
-type Encoder = object;
+/** The type of a global name, as lib.dom or @webgpu/types declare it; without them any object. */
+type Global<Name extends string> = typeof globalThis extends { [name in Name]: { prototype: infer Type } } ? Type : object;
+type Device = Global<'GPUDevice'>;
+type Buffer = Global<'GPUBuffer'>;
+type Encoder = Global<'GPUCommandEncoder'>;
 
 export { ThrongError } from './index.js';
 
@@ -55,11 +56,14 @@ export interface GpuPairs {
 }
 
 export interface FindOnGpuOptions {
-  /** Pairs that fit. If more are found, the first `capacity` are there in no order; in canonical order none is. */
+  /**
+   * Pairs that fit. If more are found, the first `capacity` are there in no order; in canonical order none is. Default: those
+   * that fit `pairs`, or 4 per box and 4,096 more.
+   */
   capacity?: number;
   /** Bytes from one box to the next: 24, or 32 for a WGSL struct of two vec3f. Default: 24. */
   stride?: 24 | 32;
-  /** A GPUBuffer of two u32 per box: group, mask. */
+  /** A GPUBuffer of two u32 per box: group, mask. This and the next two need the usage GPUBufferUsage.STORAGE. */
   filters?: Buffer;
   /** A GPUBuffer for the pairs, 8 bytes each. Default: one of the finder. */
   pairs?: Buffer;
@@ -88,7 +92,7 @@ export class GpuFinder {
     options?: { group?: Uint32Array | number; mask?: Uint32Array | number },
   ): Promise<Uint32Array>;
   /**
-   * The pairs of `count` boxes that are in a GPUBuffer. Nothing is read back. A NaN is no error: its box is inactive, and
+   * The pairs of `count` boxes that are in a GPUBuffer of the finder's device, with the usage STORAGE. Nothing is read back. A NaN is no error: its box is inactive, and
    * `counts` has the number.
    */
   findOnGpu(boxes: Buffer, count: number, options?: FindOnGpuOptions): GpuPairs;

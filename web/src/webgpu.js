@@ -248,7 +248,9 @@ export class GpuFinder {
     const given = argument.object(options, ['capacity', 'stride', 'filters', 'pairs', 'counts', 'encoder', 'timestampWrites']);
     whole(count, 'count', largestCount);
     this.#checkCount(count);
-    const capacity = whole(given.capacity ?? Math.min(4 * count + firstCapacity, this.maxPairs), 'capacity', this.maxPairs);
+    if (given.pairs !== undefined) checkBuffer(given.pairs, 'pairs', 0);
+    const fits = given.pairs === undefined ? 4 * count + firstCapacity : Math.floor(given.pairs.size / 8);
+    const capacity = whole(given.capacity ?? Math.min(fits, this.maxPairs), 'capacity', this.maxPairs);
     const stride = given.stride ?? 24;
     if (stride !== 24 && stride !== 32) throw new RangeError(`stride: found ${described(stride)}, wanted 24 or 32 bytes`);
     checkBuffer(boxes, 'boxes', stride * count);
@@ -257,6 +259,9 @@ export class GpuFinder {
     if (given.counts !== undefined) checkBuffer(given.counts, 'counts', bytesOfCounts);
     if (given.encoder !== undefined && typeof given.encoder.beginComputePass !== 'function') {
       throw new TypeError(`encoder: found ${described(given.encoder)}, wanted a GPUCommandEncoder, or none`);
+    }
+    if (given.timestampWrites !== undefined && typeof given.timestampWrites?.querySet !== 'object') {
+      throw new TypeError(`timestampWrites: found ${described(given.timestampWrites)}, wanted a GPUComputePassTimestampWrites, or none`);
     }
     const pairs = given.pairs ?? this.#reserve('pairs', 8 * Math.max(capacity, 1));
     const counts = given.counts ?? this.#reserve('counts', bytesOfCounts);

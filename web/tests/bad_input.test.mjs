@@ -35,7 +35,7 @@ test('boxes', () => {
   refused(find(null), 'TypeError', 'boxes', 'null');
   refused(find('six'), 'TypeError', 'boxes', "'six'");
   refused(find(7), 'TypeError', 'boxes', '7');
-  refused(find([0, 0, 0, 1, 1, 1]), 'TypeError', 'boxes', 'Array', 'new Float32Array');
+  refused(find([0, 0, 0, 1, 1, 1]), 'TypeError', 'boxes', 'an Array', 'new Float32Array');
   refused(find(new Float64Array(6)), 'TypeError', 'boxes', 'Float64Array', 'rounds');
   refused(find(new Uint32Array(6)), 'TypeError', 'boxes', 'Uint32Array');
   refused(find(new DataView(new ArrayBuffer(24))), 'TypeError', 'boxes', 'DataView');
@@ -161,8 +161,28 @@ test('load', async () => {
     );
   await refuses({ module: 5 }, 'TypeError', 'module', '5', 'URL');
   await refuses({ file: 'x' }, 'TypeError', "'file'", 'module');
-  await refuses({ module: new Uint8Array(8) }, 'ThrongError', 'compile');
+  await refuses({ module: new Uint8Array(8) }, 'ThrongError', 'compile', 'not throng.wasm');
+  const empty = Uint8Array.of(0, 0x61, 0x73, 0x6d, 1, 0, 0, 0);
+  await refuses({ module: empty }, 'TypeError', 'module', 'another WebAssembly module', 'throng.wasm');
   await refuses({ module: new Response('', { status: 404 }) }, 'ThrongError', '404');
+});
+
+test('a relative address counts from the page, in Node from the working folder', async () => {
+  const file = new URL('../web/throng.wasm', import.meta.url);
+  let address = '../../web/throng.wasm'; // the page of the tests is web-tests/browser/
+  if (file.protocol === 'file:') {
+    const [{ relative }, { fileURLToPath }] = await Promise.all([import('node:path'), import('node:url')]);
+    address = relative('.', fileURLToPath(file));
+  }
+  const made = await load({ module: address });
+  assert.deepEqual(Array.from(made.findPairs(two)), [0, 1]);
+});
+
+test('memory of other dimensions', () => {
+  const flat = throng.allocateBoxes(6, { dimensions: 2 });
+  refused(() => throng.findPairs(flat), 'RangeError', 'boxes', '2 dimensions', 'wanted 3', 'allocateBoxes');
+  assert.equal(throng.findPairs(flat, { dimensions: 2 }).length, 2 * 15);
+  flat.free();
 });
 
 test('load takes the bytes, a module, or a response', async () => {

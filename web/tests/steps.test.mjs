@@ -40,7 +40,7 @@ test('wrong options are refused before a device is requested', async () => {
   await assert.rejects(GpuFinder.create({ order: 'sorted' }), { name: 'RangeError', message: /order: found 'sorted', wanted 'any', 'canonical'/ });
   await assert.rejects(GpuFinder.create({ nan: 1 }), { name: 'TypeError', message: /nan: found 1/ });
   await assert.rejects(GpuFinder.create({ margin: 1 }), { name: 'TypeError', message: /found 'margin', wanted device/ });
-  await assert.rejects(GpuFinder.create({ device: {} }), { name: 'TypeError', message: /device: found a Object, wanted a GPUDevice/ });
+  await assert.rejects(GpuFinder.create({ device: {} }), { name: 'TypeError', message: /device: found an Object, wanted a GPUDevice/ });
   assert.throws(() => new GpuFinder(), { name: 'TypeError', message: /await GpuFinder\.create\(\)/ });
   assert.ok(new ThrongError('', '') instanceof Error);
 });

@@ -4,6 +4,7 @@ import test from 'node:test';
 import assert from 'node:assert/strict';
 import { load } from '../web/index.js';
 import { GpuFinder } from '../web/webgpu.js';
+import { search } from './examples/gpu.mjs';
 import { doubleLoop, pairChecksum, random, randomBoxes, readCases, sequenceChecksum, sorted } from './support.mjs';
 
 const throng = await load();
@@ -129,7 +130,7 @@ test('buffers of the GPU: counts beyond the capacity, strides, filters, an encod
 test('wrong arguments are named', async () => {
   const boxes = new Float32Array(12);
   const cases = [
-    [[[1, 2]], 'TypeError', /boxes: found a Array/],
+    [[[1, 2]], 'TypeError', /boxes: found an Array/],
     [[new Float64Array(6)], 'TypeError', /boxes: found a Float64Array/],
     [[new Float32Array(7)], 'RangeError', /boxes: found 7 numbers, wanted 6 per box/],
     [[boxes, { owner: 1 }], 'TypeError', /found 'owner', wanted group, mask/],
@@ -171,4 +172,20 @@ test('one search at a time; a freed finder and a lost device are reported', asyn
   await assert.rejects(other.find(boxes), { code: 'device_error', message: /is lost.*create another/ });
   other.free();
   await assert.rejects(other.find(boxes), { code: 'released' });
+});
+
+test('the example finds the same pairs in arrays and in buffers', async () => {
+  const boxes = randomBoxes(random(5), 3000, 15);
+  const wanted = throng.findPairs(boxes).length / 2;
+  assert.ok(wanted > 100 && wanted < 20000);
+  assert.deepEqual(await search(boxes), [wanted, wanted]);
+});
+
+test('the capacity is that of the buffer for pairs', () => {
+  const usage = GPUBufferUsage.STORAGE;
+  const pairs = device.createBuffer({ size: 96, usage });
+  const boxes = device.createBuffer({ size: 24, usage });
+  assert.equal(finder.findOnGpu(boxes, 1, { pairs }).capacity, 12);
+  assert.equal(finder.findOnGpu(boxes, 1).capacity, 4100);
+  assert.throws(() => finder.findOnGpu(boxes, 1, { timestampWrites: {} }), { name: 'TypeError', message: /^timestampWrites: found an Object/ });
 });
