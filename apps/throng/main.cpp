@@ -100,7 +100,8 @@ int dispatch(int argc, char** argv) {
       return start(*sibling_program, {argv + 2, argv + argc});
     }
   }
-  CLI::App app("Finds all pairs of overlapping boxes.", "throng");
+  CLI::App app("Finds all pairs of overlapping boxes, and of intersecting triangles.", "throng");
+  app.allow_windows_style_options(false);  // /data/boxes.npy is a file
   app.footer(help_text);
   app.set_version_flag("--version", "throng " THRONG_VERSION);
   app.require_subcommand(1);

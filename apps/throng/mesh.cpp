@@ -163,6 +163,18 @@ std::string mesh_text(const NamedMesh& mesh) {
   return text + "\n";
 }
 
+// Vertices of a file with a position in common make neighbours touch: a frequent reason for pairs
+// of one mesh.
+std::string weld_hint(const MeshSearchReport& report, const Arguments& arguments,
+                      const NamedMesh& a, const NamedMesh* b) {
+  if (report.pairs == 0 || b != nullptr || arguments.weld || !arguments.scene.empty()) return "";
+  meshes::MeshFile copy = a.mesh;
+  const std::size_t merged = meshes::weld_vertices(copy);
+  if (merged == 0) return "";
+  return fmt::format("hint      {} the position of another one; --weld makes them one\n",
+                     counted(merged, "vertex has", "vertices have"));
+}
+
 std::string to_text(const MeshSearchReport& report, const Arguments& arguments, const NamedMesh& a,
                     const NamedMesh* b) {
   std::string text = mesh_text(a);
@@ -179,7 +191,8 @@ std::string to_text(const MeshSearchReport& report, const Arguments& arguments, 
                       hex(report.checksum), report::format_count(report.crossing),
                       report::format_count(report.touching), report::format_count(report.coplanar));
   if (arguments.within) text += fmt::format(", {} apart", report::format_count(report.apart));
-  text += fmt::format("\ntested    {}, {} of them by exact arithmetic\n",
+  text += "\n" + weld_hint(report, arguments, a, b);
+  text += fmt::format("tested    {}, {} of them by exact arithmetic\n",
                       counted(report.candidates, "candidate", "candidates"),
                       report::format_count(report.exact_tests));
   text += fmt::format("plan      {}, {}, {} thread{}\n", to_string(report.plan.algorithm),

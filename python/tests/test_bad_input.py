@@ -184,6 +184,18 @@ def test_masked(name: str) -> None:
     refused(ValueError, name, "masked array that hides values.*filled", hidden)
 
 
+def test_masked_in_batches_and_lists() -> None:
+    worlds = numpy.stack([BOXES, BOXES])
+    hidden = numpy.ma.MaskedArray(numpy.ones(len(BOXES), numpy.uint32), mask=numpy.arange(len(BOXES)) == 0)
+    assert len(throng.find_pairs(worlds, group=numpy.ma.MaskedArray(hidden.data)))
+    for group in (hidden, [hidden, hidden]):
+        with pytest.raises(ValueError, match="group: found a masked array that hides values.*filled"):
+            throng.find_pairs(worlds, group=group)
+    row = numpy.ma.MaskedArray(BOXES[0], mask=BOXES[0] == BOXES[0, 0])
+    with pytest.raises(ValueError, match="boxes: found a masked array that hides values"):
+        throng.find_pairs([row, row])
+
+
 @EXAMPLES
 @given(box_rows(value=any_coordinate, most=8), box_rows(most=3))
 def test_nan(boxes: Any, other: Any) -> None:

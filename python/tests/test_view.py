@@ -375,11 +375,20 @@ def test_pages_of_other_boxes(tmp_path: Path) -> None:
         (flat, [[0.0, 1.0]], 5, "pairs: found float64"),
         (flat, [0, 1], 5, r"pairs: found int64 of shape \(2,\)"),
         ([[1, 2, 3]], None, 5, r"boxes: found shape \(1, 3\)"),
+        (numpy.zeros((2, 3, 6)), None, 5, r"found shape \(2, 3, 6\).*show one world: boxes\[w\]"),
+        (flat, numpy.array([[0, 2**64 - 1]], numpy.uint64), 5, r"pairs: the row 0 is \[0, 18446744073709551615\]"),
+        (numpy.ma.masked_less(numpy.zeros((2, 6)), 1), None, 5, "boxes: found a masked array that hides values"),
+        ((numpy.zeros((2, 3)), numpy.zeros((2, 2))), None, 5, r"boxes: found corners of shapes \[\(2, 3\), \(2, 2\)\]"),
         (flat, None, 0, "most: found 0"),
     ]
     for boxes, pairs, most, text in bad:
         with pytest.raises(ValueError, match=text):
             show(boxes, pairs, tmp_path / "bad.html", most=most)
+    for given, text in [(numpy.zeros((2, 6), complex), "complex128"), (numpy.full((2, 6), "1"), "<U1")]:
+        with pytest.raises(TypeError, match=f"boxes: found an array of {text}, wanted float32"):
+            show(given, path=tmp_path / "bad.html")
+    with pytest.raises(TypeError, match="most: found 1.5, wanted an integer"):
+        show(flat, path=tmp_path / "bad.html", most=1.5)  # type: ignore[arg-type]
     assert not (tmp_path / "bad.html").exists()
 
 

@@ -646,3 +646,26 @@ def test_without_wgpu_or_adapter(monkeypatch: Any) -> None:
     monkeypatch.setattr(wgpu.gpu, "request_adapter_sync", nothing)
     with pytest.raises(RuntimeError, match="found no GPU adapter: no adapter here; install a driver"):
         GpuFinder()
+
+
+def test_one_thread_at_a_time(device: Any) -> None:
+    finder = throng.webgpu.GpuFinder(device)
+    boxes = numpy.zeros((3, 6), numpy.float32)
+    with finder._lock, pytest.raises(RuntimeError, match="in a call of another thread: make one for each"):
+        finder.find(boxes)
+    assert len(finder.find(boxes)) == 3
+    hidden = numpy.ma.masked_equal(boxes, 0)
+    with pytest.raises(ValueError, match="boxes: found a masked array that hides values"):
+        finder.find(hidden)
+
+
+def test_buffers_that_are_empty_or_larger_than_needed(device: Any) -> None:
+    finder = throng.webgpu.GpuFinder(device)
+    usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC
+    boxes = numpy.array([[0, 0, 0, 1, 1, 1], [1, 1, 1, 2, 2, 2], [9, 9, 9, 9, 9, 9]], numpy.float32)
+    large = device.create_buffer_with_data(data=boxes, usage=usage)
+    pairs = device.create_buffer(size=1004, usage=usage)
+    for count, capacity, found in [(2, 100, 1), (2, 0, 1), (0, 0, 0)]:
+        made = finder.find_on_gpu(large, count, capacity=capacity, pairs=pairs)
+        words = numpy.frombuffer(device.queue.read_buffer(made.counts), numpy.uint32)
+        assert words[0] == min(found, capacity) and words[1] == found

@@ -19,6 +19,16 @@ class Batch:
     count: int  # boxes per world
 
 
+def refuse_hidden(values: Any, name: str) -> None:
+    """Hidden values of masked arrays, also of those in a list, would be read as if they were not."""
+    for value in values if isinstance(values, (list, tuple)) else [values]:
+        if isinstance(value, numpy.ma.MaskedArray) and numpy.ma.is_masked(value):
+            raise ValueError(
+                f"{name}: found a masked array that hides values, wanted no hidden values; fill them: "
+                f"numpy.ma.filled({name}, value)"
+            )
+
+
 def _shape(array: Any) -> tuple[int, ...]:
     shape = getattr(array, "shape", None)
     return tuple(shape) if shape is not None else ()
@@ -40,6 +50,8 @@ def flattened(boxes: Any, name: str) -> tuple[Any, Batch | None]:
     """Boxes without the index of the world, and the batch if they had one. Lists become arrays."""
     if type(boxes) is numpy.ndarray and boxes.ndim == 2:
         return boxes, None
+    if isinstance(boxes, list):
+        refuse_hidden(boxes, name)
     boxes = _throng.boxes_of_lists(boxes, name)
     if isinstance(boxes, tuple):
         shapes = [_shape(corner) for corner in boxes]
@@ -67,6 +79,7 @@ def with_worlds(batch: Batch, filters: tuple[Any, ...], prefix: str) -> tuple[An
     whole = batch.worlds, batch.count
     flat: list[Any] = []
     for name, values in zip(FILTERS, filters):
+        refuse_hidden(values, prefix + name)
         if isinstance(values, (list, tuple)):
             values = numpy.asarray(values)
         shape = _shape(values)

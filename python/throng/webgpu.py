@@ -12,6 +12,7 @@ needs the package wgpu; `import throng` does not import it.
 
 import json
 import struct
+import threading
 import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +22,8 @@ from typing import Any, Literal, NoReturn
 
 import numpy
 from numpy.typing import NDArray
+
+from throng._batch import refuse_hidden
 
 __all__ = ["GpuFinder", "GpuPairs", "GpuResult"]
 
@@ -124,7 +127,7 @@ class GpuFinder:
 
     Raises ImportError without the package wgpu, RuntimeError if there is no adapter.
 
-    One thread at a time.
+    One thread at a time: a call during one of another thread raises RuntimeError.
     """
 
     def __init__(
@@ -156,6 +159,7 @@ class GpuFinder:
         self._parameters: dict[bytes, Any] = {}
         self._bind_groups: dict[Any, Any] = {}
         self._result = GpuResult(0, 0, 0, 0, 0, 0, "")
+        self._lock = threading.Lock()
 
     def __reduce__(self) -> NoReturn:
         raise TypeError("a GpuFinder cannot be copied or pickled: make another with the same options")
@@ -194,13 +198,15 @@ class GpuFinder:
         of the device holds), RuntimeError (the device is lost). The message names the argument, the
         value and the fix.
         """
+        for name, given in (("boxes", boxes), ("group", group), ("mask", mask)):
+            refuse_hidden(given, name)
         array = _as_boxes(boxes)
         self._check_count(len(array))
         filters = _as_filters(group, mask, len(array))
         if len(array) == 0:
             self._result = GpuResult(0, 0, 0, 0, 0, 0, self._frame(0))
             return numpy.empty((0, 2), numpy.uint32)
-        with self._errors():
+        with self._call():
             return self._find(array, filters)
 
     def _find(
@@ -291,7 +297,7 @@ class GpuFinder:
             raise TypeError(
                 f"encoder: found a {type(encoder).__name__}, wanted a wgpu.GPUCommandEncoder or None"
             )
-        with self._errors():
+        with self._call():
             pairs = self._reserve("pairs", 8 * max(capacity, 1)) if pairs is None else pairs
             counts = self._reserve("counts", _COUNTS_BYTES) if counts is None else counts
             own = encoder is None
@@ -302,7 +308,9 @@ class GpuFinder:
         return GpuPairs(pairs, counts, capacity)
 
     @contextmanager
-    def _errors(self) -> Iterator[None]:
+    def _call(self) -> Iterator[None]:
+        if not self._lock.acquire(blocking=False):
+            raise RuntimeError("this GpuFinder is in a call of another thread: make one for each thread")
         try:
             yield
         except self._wgpu.GPUError as error:
@@ -312,6 +320,8 @@ class GpuFinder:
                 "the GPU device of this GpuFinder is lost (the driver was reset, or device.destroy() was "
                 "called): make another GpuFinder, and upload the boxes again"
             ) from error
+        finally:
+            self._lock.release()
 
     # ---- the frame ------------------------------------------------------------------------------
 
@@ -336,10 +346,17 @@ class GpuFinder:
         name = self._frame(count)
         workgroups, bytes_of = _sizes(count, capacity, is_sorted)
         bound = {"boxes": boxes, "pairs": pairs, "counts": counts}
-        if not is_sorted:
-            bound["found"] = pairs
+        # Of the caller's buffers no more is bound: they may be larger than a binding. Nothing is read or
+        # written of empty ones.
+        used = {"boxes": stride * count, "pairs": 8 * capacity, "counts": _COUNTS_BYTES}
         if filters is not None:
             bound["filters"] = filters
+            used["filters"] = 8 * count
+        for name_of, size in used.items():
+            if size == 0:
+                bound[name_of], used[name_of] = self._reserve(name_of, 32), 32
+        if not is_sorted:
+            bound["found"], used["found"] = bound["pairs"], used["pairs"]
         bound["parameters"] = self._uniform(
             struct.pack(
                 "<8I",
@@ -365,12 +382,15 @@ class GpuFinder:
         compute = encoder.begin_compute_pass()
         for step in frame["steps"]:
             pipeline = self._pipeline(step)
-            buffers = [None if b is None else bound[b] for b in self._steps[step]["buffers"]]
+            names = self._steps[step]["buffers"]
+            buffers = [None if b is None else (bound[b], used.get(b, bound[b].size)) for b in names]
             groups = workgroups[self._steps[step]["workgroups"]]
+            if groups == 0:
+                continue
             width = min(groups, _MAX_WORKGROUPS)
             compute.set_pipeline(pipeline)
             compute.set_bind_group(0, self._bind_group(step, pipeline, buffers))
-            compute.dispatch_workgroups(width, -(-groups // width) if width else 0)
+            compute.dispatch_workgroups(width, -(-groups // width))
         compute.end()
         return len(frame["steps"])
 
@@ -385,19 +405,19 @@ class GpuFinder:
             )
         return self._pipelines[name]
 
-    def _bind_group(self, name: str, pipeline: Any, buffers: list[Any]) -> Any:
+    def _bind_group(self, name: str, pipeline: Any, buffers: list[tuple[Any, int] | None]) -> Any:
         """Kept if all buffers are the finder's: those of the caller are not kept alive."""
         own = [*self._buffers.values(), *self._parameters.values()]
-        keeps = all(b is None or any(b is other for other in own) for b in buffers)
-        key = name, *map(id, buffers)
+        keeps = all(b is None or any(b[0] is other for other in own) for b in buffers)
+        key = name, *((b and id(b[0]), b and b[1]) for b in buffers)
         if keeps and key in self._bind_groups:
             return self._bind_groups[key][0]
         group = self._device.create_bind_group(
             layout=pipeline.get_bind_group_layout(0),
             entries=[
-                {"binding": k, "resource": {"buffer": buffer}}
-                for k, buffer in enumerate(buffers)
-                if buffer is not None
+                {"binding": k, "resource": {"buffer": part[0], "offset": 0, "size": part[1]}}
+                for k, part in enumerate(buffers)
+                if part is not None
             ],
         )
         if keeps:

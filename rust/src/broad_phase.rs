@@ -405,6 +405,7 @@ impl BroadPhase {
     }
 
     /// A copy with the same ids, slots and events, and the default options except for the margin.
+    /// Meanwhile calls of other threads, also of `&self`, return `Code::Busy`.
     pub fn try_clone(&self) -> Result<Self, Error> {
         let copy = Self::new()?;
         // SAFETY: both handles are alive.
@@ -562,6 +563,10 @@ unsafe extern "C" fn accepts<F: Fn(ObjectId) -> bool + Sync>(
 ) -> c_int {
     // SAFETY: as above; several threads may share it.
     let acceptor = unsafe { &*context.cast::<Acceptor<F>>() };
+    let ended = acceptor.panic.lock().unwrap_or_else(|held| held.into_inner()).is_some();
+    if ended {
+        return 0;
+    }
     catch_unwind(AssertUnwindSafe(|| (acceptor.accept)(object))).map_or_else(
         |panic| {
             let mut first = acceptor.panic.lock().unwrap_or_else(|held| held.into_inner());

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use throng::mesh::{Mesh, intersections, self_intersections, self_within, within};
 use throng::*;
@@ -375,14 +376,21 @@ fn rays() {
 #[test]
 fn a_panic_in_a_filter_of_a_ray_comes_through() {
     let mut objects = BroadPhase::new().unwrap();
-    objects.add(&Box3::from_center([4.0, 0.0, 0.0], [1.0; 3])).unwrap();
+    for _ in 0..3 {
+        objects.add(&Box3::from_center([4.0, 0.0, 0.0], [1.0; 3])).unwrap();
+    }
+    let calls = AtomicUsize::new(0);
     let mut query = Query::new().unwrap();
     let (x, ray) = ([1.0, 0.0, 0.0], Filter::default());
     let panic = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        query.raycast(&objects, [0.0; 3], x, 9.0, ray, |_| panic!("from the filter"))
+        query.raycast(&objects, [0.0; 3], x, 9.0, ray, |_| {
+            calls.fetch_add(1, Ordering::Relaxed);
+            panic!("from the filter")
+        })
     }))
     .unwrap_err();
     assert_eq!(panic.downcast_ref::<&str>(), Some(&"from the filter"));
+    assert_eq!(calls.load(Ordering::Relaxed), 1, "not called again after a panic");
     let hit = query.raycast(&objects, [0.0; 3], x, 9.0, ray, |_| true).unwrap();
     assert_eq!(hit.unwrap().distance, 3.0);
 }

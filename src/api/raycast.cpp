@@ -62,7 +62,11 @@ Result BroadPhase::raycast(const Vec3& origin, const Vec3& direction, double max
                            std::optional<RayHit>& hit) const noexcept {
   hit.reset();
   return BroadPhaseAccess::read(*this, [&](tracking::Tracker* tracker, Result& r) {
-    if (!valid_ray(origin, direction, max_distance, of_ray, r) || !tracker) return;
+    if (!valid_ray(origin, direction, max_distance, of_ray, r)) return;
+    if (!tracker) {
+      (void)valid(Boxes(), nullptr, options_, r);
+      return;
+    }
     const base::Ray ray(origin, direction, max_distance);
     const RayTest test{ray, filter};
     const SweepHit first =

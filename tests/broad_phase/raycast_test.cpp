@@ -534,6 +534,17 @@ TEST(Raycast, InvalidRays) {
 }
 
 // Several threads cast rays while one of them builds an index.
+TEST(Raycast, FirstCallReportsInvalidOptions) {
+  Options options;
+  options.margin = -1;
+  const BroadPhase objects(options);
+  std::optional<RayHit> hit;
+  const Result r = objects.raycast({0, 0, 0}, {1, 0, 0}, 10, Filter(), {}, hit);
+  EXPECT_EQ(r.status, Status::bad_option);
+  EXPECT_NE(std::string(r.message).find("margin is -1"), std::string::npos) << r.message;
+  EXPECT_FALSE(hit);
+}
+
 TEST(Raycast, ConcurrentRays) {
   Actor actor({}, 9, 24);
   ASSERT_TRUE(actor.add(3000, true));

@@ -13,7 +13,7 @@ export class Camera {
   view(scene, aspect) {
     const centre = scene.low.map((low, k) => low + scene.extent[k] / 2);
     const radius = Math.hypot(...scene.extent) / 2;
-    const away = (radius * 2.7 * this.distance) / Math.min(1, aspect);
+    const away = (radius * 2.85 * this.distance) / Math.min(1, aspect);
     const back = [Math.cos(this.height) * Math.sin(this.angle), Math.sin(this.height), Math.cos(this.height) * Math.cos(this.angle)];
     const eye = centre.map((at, k) => at + away * back[k]);
     const right = unit(cross([0, 1, 0], back));

@@ -20,6 +20,7 @@ let scene;
 let isPaused = matchMedia('(prefers-reduced-motion: reduce)').matches;
 let time = 0;
 let frames = 0;
+let resume = () => {}; // a frame that failed waits for another choice
 
 // What stays on the page until it is loaded again, before what show() adds.
 let always = '';
@@ -49,6 +50,7 @@ function checkBrute() {
 
 function setScene(next) {
   if (world) world.setScene(next);
+  scene?.onCpu?.memory.free();
   scene = next;
   time = 0;
   scene.onCpu = undefined;
@@ -135,8 +137,8 @@ async function loop(now) {
     show(error.message);
     console.info(error);
     setPaused(true);
-    if (world && chosen() !== 'cpu') await new Promise((resolve) => at('controls').addEventListener('change', resolve, { once: true }));
-    show('');
+    if (error.code === 'out_of_memory') throng = scene.onCpu = undefined; // the instance may have ended
+    await new Promise((resolve) => (resume = resolve));
   }
   requestAnimationFrame(loop);
 }
@@ -148,12 +150,20 @@ function showRows() {
 at('controls').addEventListener('submit', (event) => event.preventDefault());
 at('controls').addEventListener('change', (event) => {
   showRows();
+  show('');
+  checkBrute();
+  resume();
   if (event.target === at('count')) choose(() => randomScene(Number(at('count').value)));
 });
 at('perCell').addEventListener('input', () => (at('perCellValue').textContent = at('perCell').value));
-at('pause').addEventListener('click', () => setPaused(!isPaused));
+at('pause').addEventListener('click', () => {
+  show('');
+  setPaused(!isPaused);
+  resume();
+});
 
 function choose(make) {
+  resume();
   show('');
   try {
     setScene(make());
@@ -165,7 +175,13 @@ async function openFile(file) {
   if (!file) return;
   at('count').selectedIndex = -1; // so that each choice is a change
   at('file').value = '';
-  const data = await file.arrayBuffer();
+  let data;
+  try {
+    data = await file.arrayBuffer();
+  } catch (error) {
+    show(`${file.name}: ${error.message}`); // a folder
+    return;
+  }
   choose(() => {
     const boxes = boxesOfNpy(data);
     if (boxes.length === 0) throw new Error(`${file.name}: it has no boxes`);
@@ -246,7 +262,7 @@ async function start() {
       input.checked = input.value === 'cpu';
     }
   }
-  setScene(randomScene(Number(at('count').value)));
+  setScene(scene ?? randomScene(Number(at('count').value))); // a file may have come meanwhile
   requestAnimationFrame(loop);
 }
 start();

@@ -17,6 +17,9 @@ function isDetached(array) {
   }
 }
 
+/** Whether a value is a typed array of this kind, also of another realm, such as that of a frame. */
+const isArrayOf = (value, kind) => ArrayBuffer.isView(value) && value[Symbol.toStringTag] === kind;
+
 /** A typed array as an argument. */
 function checked(instance, array, name) {
   if (isDetached(array)) {
@@ -40,11 +43,11 @@ function refuse(name, value, wanted) {
 
 /** A Float32Array. */
 export function floats(instance, value, name, wanted = 'a Float32Array') {
-  if (value instanceof Float64Array) {
+  if (isArrayOf(value, 'Float64Array')) {
     refuse(name, value, `${wanted}; convert it with Float32Array.from, which rounds: give lower corners less and upper more`);
   }
   if (Array.isArray(value)) refuse(name, value, `${wanted}; convert numbers with new Float32Array(${name})`);
-  if (!(value instanceof Float32Array)) refuse(name, value, wanted);
+  if (!isArrayOf(value, 'Float32Array')) refuse(name, value, wanted);
   return checked(instance, value, name);
 }
 
@@ -135,7 +138,7 @@ function filter(instance, value, which, name, count) {
     if (Number.isInteger(value) && value >= least && value <= largest) return { one: value, type: types[0], count };
     throw new RangeError(`${name}: found ${value}, wanted an integer from ${least} to ${largest}`);
   }
-  if (!types.some((type) => value instanceof type)) {
+  if (!types.some((type) => isArrayOf(value, type.name))) {
     refuse(name, value, `a ${types.map((type) => type.name).join(' or ')} with one value per box, or one integer for all`);
   }
   const array = checked(instance, value, name);
@@ -169,7 +172,7 @@ export function ids(instance, value) {
   if (Array.isArray(value)) {
     return checked(instance, Uint32Array.from(value, (one, at) => id(one, `ids[${at}]`)), 'ids');
   }
-  if (!(value instanceof Uint32Array)) refuse('ids', value, 'a Uint32Array, an array of ids, or one id');
+  if (!isArrayOf(value, 'Uint32Array')) refuse('ids', value, 'a Uint32Array, an array of ids, or one id');
   return checked(instance, value, 'ids');
 }
 

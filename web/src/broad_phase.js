@@ -34,7 +34,7 @@ export class BroadPhase {
     const count = instance.scratch('count', 4);
     const first = instance.call(`throng_broad_phase_${name}`, at, count);
     const [found] = instance.u32(count, 1);
-    return instance.u32(first, found * words);
+    return this.#handle.view(first, found * words);
   }
   #number(name) {
     const { instance, at } = this.#handle;
@@ -185,13 +185,14 @@ export class BroadPhase {
   }
 
   raycast(origin, direction, options) {
-    const { instance, at, dimensions, more } = this.#handle;
+    const { instance, dimensions, more } = this.#handle;
     const given = argument.object(options, raycastOptions);
     const from = argument.vector(origin, 'origin', dimensions);
     const along = argument.vector(direction, 'direction', dimensions);
     const maxDistance = argument.number(given.maxDistance ?? Infinity, 'maxDistance');
     const mask = argument.integer(given.layerMask ?? allLayers, 'layerMask', 0, allLayers);
     const world = argument.integer(given.world ?? -1, 'world', -1, 0x7fffffff);
+    const { at } = this.#handle; // now, as options may have getters
     if (!more.has('query')) {
       const options = instance.scratch('options', layout.options.bytes);
       instance.call('throng_options_init_sized', options, layout.options.bytes);

@@ -18,7 +18,7 @@ export class Finder {
   }
 
   find(boxes, options) {
-    const { instance, at, dimensions } = this.#handle;
+    const { instance, dimensions } = this.#handle;
     const given = argument.object(options, searchOptions);
     const set = argument.boxes(instance, boxes, 'boxes', dimensions);
     const filters = argument.filters(instance, given, set.count);
@@ -28,6 +28,11 @@ export class Finder {
     const stray = hasOther ? undefined : otherFilters.find((name) => given[name] !== undefined);
     if (stray) throw new TypeError(`${stray}: found no other boxes; give them as other`);
 
+    const { at } = this.#handle; // now, as options may have getters
+    for (const array of [...Object.values(set), ...Object.values(other || {}), ...Object.values(filters), ...Object.values(ofOther)]) {
+      // An earlier result of this finder: its memory is written, or replaced.
+      if (array.inside >= this.#pairs && array.inside < this.#pairs + this.#capacity * layout.pair.bytes) array.inside = undefined;
+    }
     const first = writeBoxes(instance, 'boxes', set, filters, dimensions);
     const second = hasOther ? writeBoxes(instance, 'other', other, ofOther, dimensions) : 0;
     this.#reserve(Math.max(1024, 4 * (set.count + (hasOther ? other.count : 0))));
@@ -35,7 +40,7 @@ export class Finder {
       const status = instance.call('throng_find_into', at, first, second, this.#pairs, this.#capacity);
       if (status !== 0 && status !== bufferTooSmall) instance.check(status, 'throng_finder_result', at);
       const found = instance.found(instance.call('throng_finder_result', at));
-      if (status === 0) return instance.u32(this.#pairs, 2 * found);
+      if (status === 0) return this.#handle.view(this.#pairs, 2 * found);
       this.#reserve(found);
     }
   }

@@ -42,6 +42,8 @@ function writeOptions(instance, given, defaultInverted) {
 
 // Objects that nobody uses any more are freed some time later.
 const registry = new FinalizationRegistry((free) => free());
+// An array in the memory of an object keeps it alive.
+const owners = new WeakMap();
 
 export class Handle {
   #kind;
@@ -89,6 +91,12 @@ export class Handle {
   /** Addresses that free() frees, too, by name. */
   get more() {
     return this.#state.more;
+  }
+  /** An array in this object's memory. */
+  view(first, count) {
+    const array = this.#instance.u32(first, count);
+    owners.set(array, this);
+    return array;
   }
   free() {
     registry.unregister(this);

@@ -42,7 +42,8 @@ export async function load(options) {
       }
     },
 
-    allocateBoxes(count, { dimensions = 3 } = {}) {
+    allocateBoxes(count, options) {
+      const { dimensions = 3 } = argument.object(options, ['dimensions']);
       argument.integer(count, 'count', 0, 0xffffffff);
       argument.integer(dimensions, 'dimensions', 2, 3);
       const size = 8 * dimensions * count;

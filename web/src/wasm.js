@@ -32,7 +32,7 @@ function imports(memory) {
 }
 
 const isModule = (value) => value instanceof WebAssembly.Module;
-const isBytes = (value) => value instanceof ArrayBuffer || ArrayBuffer.isView(value);
+const isBytes = (value) => ArrayBuffer.isView(value) || Object.prototype.toString.call(value) === '[object ArrayBuffer]';
 const isResponse = (value) => typeof Response === 'function' && value instanceof Response;
 
 // In Node; on Windows its path begins with a letter and has backslashes.

@@ -176,7 +176,6 @@ export class GpuFinder {
   }
 
   async find(boxes, options) {
-    this.#check();
     const given = argument.object(options, ['group', 'mask']);
     const set = argument.boxes(noModule, boxes, 'boxes', 3);
     const filters = argument.filters(noModule, given, set.count);
@@ -184,6 +183,7 @@ export class GpuFinder {
     if (this.#isBusy) {
       throw new ThrongError('this GpuFinder searches already; await its find() first, or make another GpuFinder', 'busy');
     }
+    this.#check();
     if (set.count === 0) {
       this.#result = { found: 0, written: 0, inactive: 0, nanCount: 0, comparisons: 0, dispatches: 0, algorithm: this.#frame(0) };
       return new Uint32Array(0);
@@ -192,6 +192,7 @@ export class GpuFinder {
     try {
       return await this.#find(set, filters);
     } catch (error) {
+      if (!(error instanceof ThrongError)) await new Promise((resolve) => setTimeout(resolve)); // device.lost comes later
       this.#check(error);
       throw error;
     } finally {
@@ -202,20 +203,26 @@ export class GpuFinder {
   async #find(set, filters) {
     const { count } = set;
     const { queue } = this.#device;
-    const boxes = this.#reserve('boxes', 24 * count);
-    queue.writeBuffer(boxes, 0, packed(set));
-    let givenFilters;
-    if (filters.group !== undefined || filters.mask !== undefined) {
-      givenFilters = this.#reserve('filters', 8 * count);
-      queue.writeBuffer(givenFilters, 0, packedFilters(filters, count));
-    }
+    const hasFilters = filters.group !== undefined || filters.mask !== undefined;
+    let given;
     for (let wanted = firstCapacity; ; ) {
-      const pairs = this.#reserve('pairs', 8 * Math.min(wanted, this.maxPairs));
-      const capacity = Math.min(Math.floor(pairs.size / 8), this.maxPairs);
-      const counts = this.#reserve('counts', bytesOfCounts);
-      const encoder = this.#device.createCommandEncoder();
-      const dispatches = this.#record(encoder, { boxes, pairs, counts, filters: givenFilters }, count, 24, capacity);
-      const words = await this.#read(encoder, this.#buffers.get('report'), bytesOfReport);
+      let capacity, dispatches;
+      const words = await this.#guarded(() => {
+        if (!given) {
+          given = { boxes: this.#reserve('boxes', 24 * count) };
+          queue.writeBuffer(given.boxes, 0, packed(set));
+          if (hasFilters) {
+            given.filters = this.#reserve('filters', 8 * count);
+            queue.writeBuffer(given.filters, 0, packedFilters(filters, count));
+          }
+        }
+        given.pairs = this.#reserve('pairs', 8 * Math.min(wanted, this.maxPairs));
+        given.counts = this.#reserve('counts', bytesOfCounts);
+        capacity = Math.min(Math.floor(given.pairs.size / 8), this.maxPairs);
+        const encoder = this.#device.createCommandEncoder();
+        dispatches = this.#record(encoder, given, count, 24, capacity);
+        return this.#read(encoder, this.#buffers.get('report'), bytesOfReport);
+      });
       const report = {
         found: words[0] + words[1] * 2 ** 32,
         written: Math.min(words[0] + words[1] * 2 ** 32, capacity),
@@ -239,13 +246,41 @@ export class GpuFinder {
       }
       this.#result = report;
       if (report.found === 0) return new Uint32Array(0);
-      return this.#read(this.#device.createCommandEncoder(), pairs, 8 * report.found);
+      return this.#guarded(() => this.#read(this.#device.createCommandEncoder(), given.pairs, 8 * report.found));
     }
   }
 
-  findOnGpu(boxes, count, options) {
+  /** The words that `run` reads, or an error if the device had one, such as a lack of memory. */
+  async #guarded(run) {
+    const scopes = ['validation', 'out-of-memory', 'internal'];
+    for (const scope of scopes) this.#device.pushErrorScope(scope);
+    let reading;
+    try {
+      reading = run().catch((error) => error); // thrown below
+    } finally {
+      for (const at of scopes.keys()) {
+        scopes[at] = this.#device.popErrorScope();
+        scopes[at].catch(() => {}); // where run() throws nobody waits for it
+      }
+    }
+    const [words, ...errors] = await Promise.all([reading, ...scopes]);
     this.#check();
+    const failed = errors.find((error) => error !== null);
+    if (failed) {
+      this.#forget(); // one of the buffers may be invalid
+      const what = failed.message || failed.constructor.name;
+      throw new ThrongError(`the GPU search failed: ${what}; search fewer boxes at once`, 'device_error', { cause: failed });
+    }
+    if (!(words instanceof Uint32Array)) throw words;
+    return words;
+  }
+
+  findOnGpu(boxes, count, options) {
     const given = argument.object(options, ['capacity', 'stride', 'filters', 'pairs', 'counts', 'encoder', 'timestampWrites']);
+    this.#check();
+    if (this.#isBusy) {
+      throw new ThrongError('this GpuFinder searches; await its find() first, or make another GpuFinder', 'busy');
+    }
     whole(count, 'count', largestCount);
     this.#checkCount(count);
     if (given.pairs !== undefined) checkBuffer(given.pairs, 'pairs', 0);
@@ -274,10 +309,14 @@ export class GpuFinder {
   free() {
     if (this.#isReleased) return;
     this.#isReleased = true;
+    this.#forget();
+    if (this.#ownsDevice) this.#device.destroy();
+  }
+
+  #forget() {
     for (const buffer of [...this.#buffers.values(), ...this.#parameters.values()]) buffer.destroy();
     this.#buffers.clear();
     this.#parameters.clear();
-    if (this.#ownsDevice) this.#device.destroy();
   }
 
   #frame(count) {
@@ -291,7 +330,16 @@ export class GpuFinder {
     const frame = frames[this.#frame(count) + (isSorted ? ' sorted' : '')];
     const { workgroups, bytes } = sizesOf(count, capacity, isSorted);
     const bound = { ...given };
-    if (!isSorted) bound.found = given.pairs;
+    // Of the caller's buffers no more is bound: they may be larger than a binding. Nothing is read or written of empty ones.
+    const used = { boxes: stride * count, filters: 8 * count, pairs: 8 * capacity, counts: bytesOfCounts };
+    for (const [name, size] of Object.entries(used)) {
+      if (bound[name] === undefined) delete used[name];
+      if (size !== 0 || bound[name] === undefined) continue;
+      bound[name] = this.#reserve(name, 32);
+      used[name] = 32;
+    }
+    if (!isSorted) used.found = used.pairs;
+    if (!isSorted) bound.found = bound.pairs;
     bound.parameters = this.#uniform([
       count, stride / 4, stride === 24 ? 3 : 4, capacity, tableCells(count), given.filters ? 1 : 0, isSorted ? 1 : 0, 0,
     ]);
@@ -305,13 +353,14 @@ export class GpuFinder {
     for (const name of frame.steps) {
       const pipeline = this.#pipelines[name];
       const entries = steps[name].buffers
-        .map((buffer, binding) => ({ binding, resource: { buffer: bound[buffer] } }))
+        .map((buffer, binding) => ({ binding, resource: { buffer: bound[buffer], size: used[buffer] } }))
         .filter(({ binding }) => steps[name].buffers[binding] !== null);
       const groups = workgroups[steps[name].workgroups];
+      if (groups === 0) continue;
       const width = Math.min(groups, maxWorkgroups);
       pass.setPipeline(pipeline);
       pass.setBindGroup(0, this.#device.createBindGroup({ layout: pipeline.getBindGroupLayout(0), entries }));
-      pass.dispatchWorkgroups(width, width ? over(groups, width) : 0);
+      pass.dispatchWorkgroups(width, over(groups, width));
     }
     pass.end();
     return frame.steps.length;

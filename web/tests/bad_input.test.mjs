@@ -178,11 +178,48 @@ test('a relative address counts from the page, in Node from the working folder',
   assert.deepEqual(Array.from(made.findPairs(two)), [0, 1]);
 });
 
+test('options with getters that free', () => {
+  for (const name of ['group', 'mask', 'other']) {
+    const finder = new throng.Finder();
+    const options = Object.defineProperty({}, name, { enumerable: true, get: () => finder.free() });
+    refused(() => finder.find(two, options), 'ThrongError', 'freed');
+  }
+});
+
+test('an earlier result as a filter', () => {
+  const finder = new throng.Finder();
+  const boxes = new Float32Array(6 * 300).fill(1);
+  const earlier = finder.find(boxes).subarray(0, 600);
+  const copy = earlier.slice();
+  const more = new Float32Array(6 * 600).fill(1);
+  const found = finder.find(more, { group: earlier }).slice().sort();
+  assert.deepEqual(found, throng.findPairs(more, { group: copy }).sort());
+  finder.free();
+});
+
+test('arrays of another realm', async () => {
+  let other;
+  if (typeof document === 'undefined') {
+    const { runInNewContext } = await import('node:vm');
+    other = runInNewContext('({ Float32Array, Uint32Array })');
+  } else {
+    const frame = document.createElement('iframe');
+    document.body.append(frame);
+    other = frame.contentWindow;
+  }
+  assert.notEqual(other.Float32Array, Float32Array);
+  const boxes = other.Float32Array.from(two);
+  assert.deepEqual(Array.from(throng.findPairs(boxes, { group: other.Uint32Array.of(1, 1) })), [0, 1]);
+  refused(() => throng.findPairs(boxes, { group: boxes }), 'TypeError', 'group', 'Float32Array', 'Uint32Array');
+});
+
 test('memory of other dimensions', () => {
   const flat = throng.allocateBoxes(6, { dimensions: 2 });
   refused(() => throng.findPairs(flat), 'RangeError', 'boxes', '2 dimensions', 'wanted 3', 'allocateBoxes');
   assert.equal(throng.findPairs(flat, { dimensions: 2 }).length, 2 * 15);
   flat.free();
+  refused(() => throng.allocateBoxes(1, { dimension: 2 }), 'TypeError', "'dimension'", 'dimensions');
+  refused(() => throng.allocateBoxes(1, null), 'TypeError', 'options', 'null');
 });
 
 test('load takes the bytes, a module, or a response', async () => {

@@ -1,6 +1,18 @@
 // Compiled by tsc, never run: the types accept what the documentation says, and refuse what it does not.
 import { load, ThrongError, type Boxes, type Throng } from '../web/index.js';
-import { GpuFinder, type GpuPairs } from '../web/webgpu.js';
+import { GpuFinder, requestDevice, type GpuPairs } from '../web/webgpu.js';
+
+// As @webgpu/types declares them.
+declare global {
+  interface GPUBuffer {
+    readonly size: number;
+  }
+  var GPUBuffer: { prototype: GPUBuffer };
+  interface GPUDevice {
+    createBuffer(descriptor: object): GPUBuffer;
+  }
+  var GPUDevice: { prototype: GPUDevice };
+}
 
 export async function uses(): Promise<void> {
   const throng: Throng = await load({ module: new URL('https://example.com/throng.wasm') });
@@ -33,12 +45,15 @@ export async function uses(): Promise<void> {
 }
 
 export async function usesGpu(): Promise<void> {
-  const finder = await GpuFinder.create({ order: 'canonical' });
+  const finder = await GpuFinder.create({ order: 'canonical', device: await requestDevice(['timestamp-query']) });
   const pairs: Uint32Array = await finder.find(new Float32Array(12), { group: 1, mask: new Uint32Array(2) });
-  const onGpu: GpuPairs = finder.findOnGpu({}, 2, { stride: 32, capacity: pairs.length });
-  console.log(onGpu.capacity, finder.result.comparisons);
+  const onGpu: GpuPairs = finder.findOnGpu(finder.device.createBuffer({}), 2, { stride: 32, capacity: pairs.length });
+  const ofPairs: GPUBuffer = onGpu.pairs;
+  console.log(ofPairs.size, onGpu.capacity, finder.result.comparisons);
   finder.free();
 
+  // @ts-expect-error: boxes are in a GPUBuffer
+  finder.findOnGpu(new Float32Array(6), 1);
   // @ts-expect-error: made by create()
   new GpuFinder();
   // @ts-expect-error: the GPU search has no owners

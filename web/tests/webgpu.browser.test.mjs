@@ -189,3 +189,56 @@ test('the capacity is that of the buffer for pairs', () => {
   assert.equal(finder.findOnGpu(boxes, 1).capacity, 4100);
   assert.throws(() => finder.findOnGpu(boxes, 1, { timestampWrites: {} }), { name: 'TypeError', message: /^timestampWrites: found an Object/ });
 });
+
+test('calls during a search', async () => {
+  const gpu = await make();
+  const boxes = randomBoxes(random(6), 2000, 10);
+  const buffer = device.createBuffer({ size: 24, usage: GPUBufferUsage.STORAGE });
+  const searching = gpu.find(boxes);
+  assert.throws(() => gpu.findOnGpu(buffer, 1), { name: 'ThrongError', code: 'busy' });
+  await assert.rejects(gpu.find(boxes), { name: 'ThrongError', code: 'busy' });
+  assert.equal((await searching).length, throng.findPairs(boxes).length);
+  const cut = gpu.find(boxes);
+  gpu.free();
+  await assert.rejects(cut, { name: 'ThrongError', code: 'released' });
+  assert.equal(gpu.memoryBytes, 0);
+});
+
+test('buffers that are empty or larger than needed', async () => {
+  const usage = GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC | GPUBufferUsage.COPY_DST;
+  const [empty, large] = [0, 1000].map((size) => device.createBuffer({ size, usage }));
+  device.queue.writeBuffer(large, 0, Float32Array.of(0, 0, 0, 1, 1, 1, 1, 1, 1, 2, 2, 2));
+  const counts = device.createBuffer({ size: 32, usage });
+  const read = device.createBuffer({ size: 32, usage: GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST });
+  for (const [boxes, count, pairs, capacity, found] of [
+    [large, 2, empty, 0, 1],
+    [empty, 0, empty, 0, 0],
+    [large, 2, large, 100, 1],
+  ]) {
+    const given = pairs === large ? device.createBuffer({ size: 1004, usage }) : pairs;
+    device.pushErrorScope('validation');
+    finder.findOnGpu(boxes, count, { pairs: given, counts, capacity });
+    const encoder = device.createCommandEncoder();
+    encoder.copyBufferToBuffer(counts, 0, read, 0, 32);
+    device.queue.submit([encoder.finish()]);
+    assert.equal(await device.popErrorScope(), null);
+    await read.mapAsync(GPUMapMode.READ);
+    assert.equal(new Uint32Array(read.getMappedRange())[1], found);
+    read.unmap();
+  }
+});
+
+test('an error of the device is the error of the search', async () => {
+  const gpu = await make();
+  const { createBuffer } = device;
+  const failing = (descriptor) => createBuffer.call(device, descriptor.label === 'records' ? { ...descriptor, usage: 0xffff } : descriptor);
+  Object.defineProperty(device, 'createBuffer', { value: failing, configurable: true });
+  try {
+    await assert.rejects(gpu.find(randomBoxes(random(7), 100, 5)), { name: 'ThrongError', code: 'device_error' });
+  } finally {
+    delete device.createBuffer;
+  }
+  const boxes = randomBoxes(random(7), 100, 5);
+  assert.equal((await gpu.find(boxes)).length, throng.findPairs(boxes).length);
+  gpu.free();
+});

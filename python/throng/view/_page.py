@@ -14,6 +14,7 @@ import numpy
 from numpy.typing import NDArray
 
 from throng import _throng
+from throng._batch import refuse_hidden
 from throng._find import find_pairs
 from throng._types import BoxesLike
 from throng.view._frame import bounds, choose, is_large
@@ -74,7 +75,8 @@ def show(
 
     boxes: as for find_pairs, without worlds; z points up. A box with a NaN or lower > upper is not drawn;
         one that is infinite or 30 times larger than the median box is an outline.
-    pairs: (m, 2) indices of boxes, or (m, 3) as BroadPhase.pairs; None: those of find_pairs.
+    pairs: (m, 2) indices of boxes, or (m, 3) as BroadPhase.pairs: first, second, slot; None: those of find_pairs.
+        Of a batch of worlds show one: show(boxes[w], pairs[pairs[:, 0] == w, 1:]).
     path: the file for the page, which is then not opened.
     most: the number of boxes to draw; of more, a sample. The numbers of overlaps are of all.
 
@@ -104,20 +106,28 @@ def _has_screen() -> bool:
 def _numpy(array: Any) -> NDArray[numpy.float64]:
     if not isinstance(array, numpy.ndarray) and hasattr(array, "__dlpack__"):
         array = numpy.from_dlpack(array)
-    return numpy.asarray(array, numpy.float64)
+    array = numpy.asarray(array)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"boxes: found an array of {array.dtype}, wanted float32 or float64")
+    return array.astype(numpy.float64, copy=False)
 
 
 def _rows(boxes: BoxesLike) -> NDArray[numpy.float64]:
     """(n, 6) or (n, 4)"""
+    refuse_hidden(boxes, "boxes")
     given = _throng.boxes_of_lists(boxes, "boxes")
     if isinstance(given, tuple):
+        shapes = [numpy.shape(corner) for corner in given]
+        if len(shapes) != 2 or shapes[0] != shapes[1] or len(shapes[0]) != 2 or shapes[0][1] not in (2, 3):
+            raise ValueError(f"boxes: found corners of shapes {shapes}, wanted two of shape (n, 3), for 2-D (n, 2)")
         rows = numpy.concatenate([_numpy(corner) for corner in given], axis=1)
     else:
         rows = _numpy(given)
-    if rows.ndim == 3 and rows.shape[1] == 2:
+    if rows.ndim == 3 and rows.shape[1] == 2 and rows.shape[2] in (2, 3):
         rows = rows.reshape(len(rows), -1)
     if rows.ndim != 2 or rows.shape[1] not in (4, 6):
-        raise ValueError(f"boxes: found shape {rows.shape}, wanted (n, 6) or (n, 2, 3), for 2-D (n, 4) or (n, 2, 2)")
+        one = "; show one world: boxes[w], pairs[pairs[:, 0] == w, 1:]" if rows.ndim == 3 else ""
+        raise ValueError(f"boxes: found shape {rows.shape}, wanted (n, 6) or (n, 2, 3), for 2-D (n, 4) or (n, 2, 2){one}")
     return rows
 
 
@@ -132,14 +142,16 @@ def _checked(pairs: Any, boxes: NDArray[Any]) -> NDArray[numpy.int64]:
         return numpy.zeros((0, 2), numpy.int64)
     if found.ndim != 2 or found.shape[1] not in (2, 3) or found.dtype.kind not in "iu":
         raise ValueError(f"pairs: found {found.dtype} of shape {found.shape}, wanted integers of shape (m, 2)")
-    found = found[:, :2].astype(numpy.int64)
+    found = found[:, :2]
     bad = numpy.flatnonzero(((found < 0) | (found >= len(boxes))).any(axis=1))
     if bad.size:
         raise ValueError(f"pairs: the row {bad[0]} is {found[bad[0]].tolist()}, wanted indices below {len(boxes)}")
-    return found
+    return found.astype(numpy.int64)
 
 
 def _text(rows: NDArray[numpy.float64], given: Any, most: int) -> str:
+    if not isinstance(most, (int, numpy.integer)):
+        raise TypeError(f"most: found {most!r}, wanted an integer of 1 or more")
     if most < 1:
         raise ValueError(f"most: found {most}, wanted 1 or more")
     pairs = _checked(given, rows)

@@ -213,6 +213,15 @@ TEST_F(Mesh, weld_makes_triangles_neighbours) {
             std::string::npos);
 }
 
+TEST_F(Mesh, text_names_weld_where_it_would_matter) {
+  spill(at("a.obj"), split_obj);
+  const std::string hint =
+      "hint      2 vertices have the position of another one; --weld makes them one\n";
+  EXPECT_NE(run({"mesh", at("a.obj")}).out.find(hint), std::string::npos);
+  EXPECT_EQ(run({"mesh", at("a.obj"), "--weld"}).out.find("hint"), std::string::npos);
+  EXPECT_EQ(run({"mesh", at("a.obj"), at("a.obj")}).out.find("hint"), std::string::npos);
+}
+
 TEST_F(Mesh, exit_code_says_whether_there_is_a_pair) {
   spill(at("a.obj"), split_obj);
   EXPECT_EQ(run({"mesh", at("a.obj")}).status, 0);
