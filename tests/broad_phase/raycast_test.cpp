@@ -533,7 +533,6 @@ TEST(Raycast, InvalidRays) {
   EXPECT_FALSE(empty.raycast({0, 0, 0}, {1, 0, 0}));
 }
 
-// Several threads cast rays while one of them builds an index.
 TEST(Raycast, FirstCallReportsInvalidOptions) {
   Options options;
   options.margin = -1;
@@ -545,6 +544,7 @@ TEST(Raycast, FirstCallReportsInvalidOptions) {
   EXPECT_FALSE(hit);
 }
 
+// Several threads cast rays while one of them builds an index.
 TEST(Raycast, ConcurrentRays) {
   Actor actor({}, 9, 24);
   ASSERT_TRUE(actor.add(3000, true));

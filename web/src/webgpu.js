@@ -331,15 +331,12 @@ export class GpuFinder {
     const { workgroups, bytes } = sizesOf(count, capacity, isSorted);
     const bound = { ...given };
     // Of the caller's buffers no more is bound: they may be larger than a binding. Nothing is read or written of empty ones.
-    const used = { boxes: stride * count, filters: 8 * count, pairs: 8 * capacity, counts: bytesOfCounts };
+    const used = { boxes: stride * count, pairs: 8 * capacity, counts: bytesOfCounts };
+    if (given.filters) used.filters = 8 * count;
     for (const [name, size] of Object.entries(used)) {
-      if (bound[name] === undefined) delete used[name];
-      if (size !== 0 || bound[name] === undefined) continue;
-      bound[name] = this.#reserve(name, 32);
-      used[name] = 32;
+      if (size === 0) [bound[name], used[name]] = [this.#reserve(name, 32), 32];
     }
-    if (!isSorted) used.found = used.pairs;
-    if (!isSorted) bound.found = bound.pairs;
+    if (!isSorted) [bound.found, used.found] = [bound.pairs, used.pairs];
     bound.parameters = this.#uniform([
       count, stride / 4, stride === 24 ? 3 : 4, capacity, tableCells(count), given.filters ? 1 : 0, isSorted ? 1 : 0, 0,
     ]);
