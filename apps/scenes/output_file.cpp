@@ -18,6 +18,7 @@
 #include "apps/scenes/input_file.hpp"
 #include "apps/scenes/npy.hpp"
 #include "apps/scenes/npy_header.hpp"
+#include "capture/create_file.hpp"
 
 namespace throng::scenes {
 namespace {
@@ -79,7 +80,7 @@ OutputFile::OutputFile(const std::string& path) : name_(path) {
   for (int attempt = 0; !file_; ++attempt) {
     temporary_ = temporary_name(target_);
     errno = 0;
-    file_ = std::fopen(temporary_.c_str(), "wbx");
+    file_ = capture::create_file(temporary_.c_str());
     if (file_) break;
     const int why = errno;
     temporary_.clear();  // created by another process

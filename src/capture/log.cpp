@@ -9,6 +9,8 @@
 
 #include <throng/version.hpp>
 
+#include "capture/create_file.hpp"
+
 namespace throng::capture {
 namespace {
 
@@ -51,7 +53,7 @@ void Log::open(const char* folder, const Options& options) noexcept {
                                      static_cast<unsigned long long>(now), attempt);
     if (length < 0 || static_cast<std::size_t>(length) >= sizeof name_) return fail(ENAMETOOLONG);
     errno = 0;
-    file_ = std::fopen(name_, "wbx");
+    file_ = create_file(name_);
     if (file_) break;
     const int error = errno;
     name_[0] = 0;  // not our file, must not be removed

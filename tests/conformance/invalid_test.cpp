@@ -4,6 +4,7 @@
 
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
+#include "support/process.hpp"
 
 namespace throng::tests {
 namespace {
@@ -271,7 +272,6 @@ TEST(Isas, UnavailableIsRejected) {
   EXPECT_GE(refused, 1) << "no processor has both x86 and ARM";
 }
 
-#if !defined(_WIN32)
 TEST(Isas, BadEnvironmentValueListsAllowed) {
   const char* const before = std::getenv("THRONG_ISA");
   const std::string kept = before ? before : "";
@@ -281,7 +281,7 @@ TEST(Isas, BadEnvironmentValueListsAllowed) {
     isas.emplace_back(isa, is_supported(isa));
   for (const std::string& name : {std::string("foo"), std::string("SCALAR"), std::string(" scalar"),
                                   absent, std::string(1000, 'x')}) {
-    ::setenv("THRONG_ISA", name.c_str(), 1);
+    test::set_environment("THRONG_ISA", name.c_str());
     Box box;
     const Result of_find = Finder().find(uniform_boxes(10, 1));
     const Result of_update = update_boxes({}, &box);
@@ -298,12 +298,8 @@ TEST(Isas, BadEnvironmentValueListsAllowed) {
       }
     }
   }
-  if (before)
-    ::setenv("THRONG_ISA", kept.c_str(), 1);
-  else
-    ::unsetenv("THRONG_ISA");
+  test::set_environment("THRONG_ISA", before ? kept.c_str() : nullptr);
 }
-#endif
 
 // Run by ctest with THRONG_ISA=scalar; otherwise it tests nothing.
 TEST(ForcedIsa, MatchesTheEnvironment) {

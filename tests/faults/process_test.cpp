@@ -1,23 +1,17 @@
-// Failures other than of the memory resource: threads that cannot be started, and the process's
-// operator new, at each call in turn.
-#include <dlfcn.h>
-#include <pthread.h>
-
+// The process's operator new fails, at each call in turn.
 #include <atomic>
-#include <cerrno>
 #include <cstdlib>
 #include <new>
 
 #include <throng/throng.h>
 #include <throng/throng.hpp>
 
+#include "support/aligned_memory.hpp"
 #include "support/configs.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace {
 
-std::atomic<bool> no_threads{false};
-std::atomic<unsigned> threads_refused{0};
 // Index of the call of operator new that fails, counted from now on; negative: none.
 std::atomic<long> failing_new{-1};
 std::atomic<unsigned> news_refused{0};
@@ -34,19 +28,8 @@ void* take(std::size_t bytes) noexcept {
 
 }  // namespace
 
-// Sanitizers have their own, which must see each thread.
-#if !THRONG_SANITIZED
-extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes,
-                              void* (*start)(void*), void* argument) {
-  if (no_threads) {
-    ++threads_refused;
-    return EAGAIN;
-  }
-  using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
-  static const auto real = reinterpret_cast<Create>(dlsym(RTLD_NEXT, "pthread_create"));
-  return real(thread, attributes, start, argument);
-}
-#endif
+using throng::tests::allocate_aligned;
+using throng::tests::free_aligned;
 
 // GCC sees free() in one and does not see malloc() in the other.
 #if defined(__GNUC__) && !defined(__clang__)
@@ -58,42 +41,18 @@ void* operator new(std::size_t bytes) {
 }
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept { return take(bytes); }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
-  const auto step = static_cast<std::size_t>(alignment);
-  void* memory =
-      refuse_new() ? nullptr : std::aligned_alloc(step, (bytes + step - 1) / step * step);
-  if (!memory) throw std::bad_alloc();
-  return memory;
+  if (!refuse_new()) {
+    if (void* memory = allocate_aligned(bytes, static_cast<std::size_t>(alignment))) return memory;
+  }
+  throw std::bad_alloc();
 }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { free_aligned(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { free_aligned(memory); }
 
 namespace throng::tests {
 namespace {
-
-// Must run first, before any thread has been started. The caller runs the tasks of missing threads.
-TEST(FailingProcess, HasNoThreads) {
-  if (sanitized) GTEST_SKIP() << "sanitizers replace pthread_create";
-  const BoxList boxes = uniform_boxes(20000, 1);
-  const Answer answer = swept_pairs(boxes);
-  Options options;
-  options.threads = 4;
-  no_threads = true;
-  Finder finder(options);
-  const Result r = finder.find(boxes);
-  BroadPhase persistent(options);
-  std::vector<ObjectId> ids(boxes.size());
-  const Result added = persistent.add(boxes, ids.data()), updated = persistent.update();
-  no_threads = false;
-  EXPECT_GT(threads_refused, 0u) << "no thread was requested";
-  EXPECT_TRUE(r.ok()) << r.message;
-  EXPECT_TRUE(same_pairs(to_vector(finder.pairs()), answer.pairs));
-  EXPECT_TRUE(added.ok() && updated.ok());
-  EXPECT_EQ(updated.found, answer.pairs.size());
-  EXPECT_TRUE(finder.find(boxes).ok());
-  EXPECT_TRUE(same_pairs(to_vector(finder.pairs()), answer.pairs));
-}
 
 // Runs act() with each call of operator new failing in turn. act() checks its results and returns
 // whether it succeeded.

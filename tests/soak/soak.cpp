@@ -7,8 +7,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
-
-#include <unistd.h>
+#include <string>
 
 #include "apps/scenes/npy.hpp"
 #include "broad_phase/call_sequence.hpp"
@@ -32,10 +31,12 @@ struct SoakOptions {
 
 // Resident memory; 0 if /proc does not report it.
 double resident_mib() {
-  std::ifstream statm("/proc/self/statm");
-  double size = 0, resident = 0;
-  statm >> size >> resident;
-  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+  std::ifstream status("/proc/self/status");
+  for (std::string name; status >> name;) {
+    double kib = 0;
+    if (name == "VmRSS:" && status >> kib) return kib / 1024;
+  }
+  return 0;
 }
 
 void save(const std::string& path, const void* data, std::size_t size) {
