@@ -42,14 +42,17 @@ std::string device_for(const char* rank_on_machine, const char* visible, std::si
 }
 
 void choose_device() {
-#ifndef _WIN32
   const char* rank = nullptr;
   for (const char* name : names) {
     if (!rank) rank = std::getenv(name);
   }
   const std::string device =
       device_for(rank, std::getenv("CUDA_VISIBLE_DEVICES"), rank ? count_gpus() : 0);
-  if (!device.empty()) (void)setenv("CUDA_VISIBLE_DEVICES", device.c_str(), 1);
+  if (device.empty()) return;
+#ifdef _WIN32
+  (void)_putenv_s("CUDA_VISIBLE_DEVICES", device.c_str());
+#else
+  (void)setenv("CUDA_VISIBLE_DEVICES", device.c_str(), 1);
 #endif
 }
 
