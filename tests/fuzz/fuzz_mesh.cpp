@@ -10,6 +10,7 @@
 
 #include "fuzz/target.hpp"
 #include "mesh/mesh_scene.hpp"
+#include "support/aligned_memory.hpp"
 #include "support/configs.hpp"
 
 namespace throng::tests {
@@ -201,11 +202,11 @@ struct Memory {
     Memory& m = *static_cast<Memory*>(self);
     if (bytes > m.left) return nullptr;
     m.left -= bytes;
-    return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    return allocate_aligned(bytes, alignment);
   }
   static void deallocate(void* self, void* p, size_t bytes, size_t) {
     static_cast<Memory*>(self)->left += bytes;
-    std::free(p);
+    free_aligned(p);
   }
 };
 

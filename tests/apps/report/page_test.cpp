@@ -163,6 +163,7 @@ TEST(WriteText, WritesWholeFilesOrNone) {
   std::ifstream file(path);
   std::stringstream text;
   text << file.rdbuf();
+  file.close();
   EXPECT_EQ(text.str(), "hello");
   EXPECT_FALSE(std::filesystem::exists(path + ".part"));
   std::filesystem::remove(path);
