@@ -20,8 +20,9 @@ namespace {
 constexpr int killed = 128 + 9;  // as SIGKILL elsewhere
 
 [[noreturn]] void cannot_start(const std::string& path, DWORD error) {
-  throw Failure(fmt::format("{} cannot be started: {}", path,
-                            std::system_category().message(static_cast<int>(error))));
+  // Wine and older runtimes know few messages.
+  throw Failure(fmt::format("{} cannot be started: {} (Windows error {})", path,
+                            std::system_category().message(static_cast<int>(error)), error));
 }
 
 class Handle {

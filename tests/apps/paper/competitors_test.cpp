@@ -12,6 +12,12 @@ namespace {
 
 class Competitors : public test::CliTest {
  protected:
+#ifdef _WIN32
+  void SetUp() override {
+    test::CliTest::SetUp();
+    GTEST_SKIP() << "the fake is a shell script";
+  }
+#endif
   // A program with the command line of the benchmark program.
   Lab with(const std::string& script) const {
     const std::string path = at("competitors");
