@@ -1,7 +1,7 @@
 # Draws all figures and compares them with those in docs/. speed.svg is drawn by scripts/results_tables.
 file(REMOVE_RECURSE "${DRAWN}")
 file(MAKE_DIRECTORY "${DRAWN}")
-execute_process(COMMAND "${PROGRAM}" "${DRAWN}" COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${EMULATOR} "${PROGRAM}" "${DRAWN}" COMMAND_ERROR_IS_FATAL ANY)
 file(GLOB drawn RELATIVE "${DRAWN}" "${DRAWN}/*.svg")
 file(GLOB kept RELATIVE "${KEPT}" "${KEPT}/*.svg")
 list(REMOVE_ITEM kept speed.svg)
