@@ -34,6 +34,9 @@ constexpr Subcommand subcommands[] = {
     {"bodies", bodies_command, "Boxes computed from transforms and shapes"},
     {"mesh", mesh_command, "Intersecting triangles of meshes"},
     {"frames", frames_command, "One method through the frames of a scene, a line per frame"},
+#if defined(THRONG_TUNE_COSTS)
+    {"costs", costs_command, "What each tuned number of the library is worth"},
+#endif
 #if defined(THRONG_BENCH_GPU)
     {"gpu", gpu_command, "The CUDA backend, boxes and pairs in device memory"},
 #endif

@@ -22,6 +22,7 @@ int doubles_command(int argc, char** argv);
 int bodies_command(int argc, char** argv);
 int mesh_command(int argc, char** argv);
 int frames_command(int argc, char** argv);
+int costs_command(int argc, char** argv);
 int gpu_command(int argc, char** argv);
 
 // --csv, --machine, --commit.

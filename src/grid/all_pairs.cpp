@@ -12,12 +12,12 @@ namespace throng::grid {
 void BoxTiles::load(const Search& search, const BoxSubset& side, bool is_targets,
                     BinReport& report) {
   count_ = side.count;
-  // Readable one tile beyond the last box.
-  row_ = (std::size_t{count_} + 2 * tile_boxes - 1) / tile_boxes * tile_boxes;
-  float* floats = floats_.ensure(6 * row_);
-  std::uint32_t* ids = ids_.ensure(row_);
+  const std::size_t row = Row::row_elements(count_);
+  float* floats = floats_.ensure(6 * row);
+  for (std::size_t k = 0; k < 6; ++k) corner_[k] = Row::row(floats, k, count_);
+  std::uint32_t* ids = ids_.ensure(row);
   constexpr float nothing = std::numeric_limits<float>::quiet_NaN();
-  for (std::size_t i = 0; i < row_; ++i) {
+  for (std::size_t i = 0; i < row; ++i) {
     Box box{{nothing, nothing, nothing}, {nothing, nothing, nothing}};
     ids[i] = 0;
     if (i < count_) {
@@ -32,16 +32,16 @@ void BoxTiles::load(const Search& search, const BoxSubset& side, bool is_targets
     }
     const float corner[6] = {box.lower.x, box.lower.y, box.lower.z,
                              box.upper.x, box.upper.y, box.upper.z};
-    for (int k = 0; k < 6; ++k) floats[k * row_ + i] = corner[k];
+    for (int k = 0; k < 6; ++k) corner_[k][i] = corner[k];
   }
 }
 
 Tile BoxTiles::tile(std::uint32_t index) const noexcept {
   const std::size_t first = std::size_t{index} * tile_boxes;
   Tile tile;
-  for (int k = 0; k < 6; ++k) tile.corner[k] = floats_.data() + k * row_ + first;
-  tile.id = ids_.data() + first;
   tile.count = static_cast<std::uint32_t>(std::min<std::size_t>(tile_boxes, count_ - first));
+  for (int k = 0; k < 6; ++k) tile.corner[k] = corner_[k].from<16>(first);
+  tile.id = ids_.data() + first;
   return tile;
 }
 

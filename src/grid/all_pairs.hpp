@@ -28,7 +28,9 @@ class BoxTiles {
   base::Buffer<float> floats_;
   base::Buffer<std::uint32_t> ids_;
   std::uint32_t count_ = 0;
-  std::size_t row_ = 0;
+  // Readable one tile beyond the last box.
+  using Row = base::PaddedArray<float, tile_boxes>;
+  Row corner_[6];
 };
 
 // Reads the boxes of a problem into the float arrays of workers[0].

@@ -18,7 +18,7 @@ namespace throng::grid::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <Orientation orientation>
-void all_pairs_as(const Tile& q, const Tile& t, bool same, Emit& out) {
+void all_pairs_as(const Tile& q, const Tile& t, bool same, PairOutput& out) {
   const hn::ScalableTag<float> d;
   const std::uint32_t lanes = static_cast<std::uint32_t>(hn::Lanes(d));
   PairWriter<orientation> pairs(out);
@@ -28,12 +28,12 @@ void all_pairs_as(const Tile& q, const Tile& t, bool same, Emit& out) {
                u1 = hn::Set(d, q.corner[4][i]), u2 = hn::Set(d, q.corner[5][i]);
     const std::uint32_t first = same ? i + 1 : 0;
     for (std::uint32_t j = first; j < t.count; j += lanes) {
-      const auto x = hn::And(hn::Le(l0, hn::LoadU(d, t.corner[3] + j)),
-                             hn::Le(hn::LoadU(d, t.corner[0] + j), u0));
-      const auto y = hn::And(hn::Le(l1, hn::LoadU(d, t.corner[4] + j)),
-                             hn::Le(hn::LoadU(d, t.corner[1] + j), u1));
-      const auto z = hn::And(hn::Le(l2, hn::LoadU(d, t.corner[5] + j)),
-                             hn::Le(hn::LoadU(d, t.corner[2] + j), u2));
+      const auto x = hn::And(hn::Le(l0, hn::LoadU(d, t.corner[3].data() + j)),
+                             hn::Le(hn::LoadU(d, t.corner[0].data() + j), u0));
+      const auto y = hn::And(hn::Le(l1, hn::LoadU(d, t.corner[4].data() + j)),
+                             hn::Le(hn::LoadU(d, t.corner[1].data() + j), u1));
+      const auto z = hn::And(hn::Le(l2, hn::LoadU(d, t.corner[5].data() + j)),
+                             hn::Le(hn::LoadU(d, t.corner[2].data() + j), u2));
       const auto inside = hn::FirstN(d, t.count - j);
       const std::uint32_t bits = bits_of(d, hn::And(hn::And(x, y), hn::And(z, inside)));
       if (bits == 0) continue;
@@ -44,7 +44,8 @@ void all_pairs_as(const Tile& q, const Tile& t, bool same, Emit& out) {
   }
 }
 
-inline void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation, Emit& out) {
+inline void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation,
+                      PairOutput& out) {
   switch (orientation) {
     case Orientation::unordered:
       return all_pairs_as<Orientation::unordered>(q, t, same, out);

@@ -13,7 +13,7 @@ RecursionScratch::RecursionScratch(base::Memory& memory) noexcept
       space(memory),
       ids(memory),
       labels(memory),
-      reject_bits(memory) {}
+      masks(memory) {}
 
 void RecursionScratch::match(const RecursionScratch& other) {
   query_strip.match(other.query_strip);
@@ -26,7 +26,7 @@ void RecursionScratch::match(const RecursionScratch& other) {
   space.match(other.space);
   ids.match(other.ids);
   labels.match(other.labels);
-  reject_bits.match(other.reject_bits);
+  masks.match(other.masks);
 }
 
 }  // namespace throng::grid

@@ -24,7 +24,7 @@ struct RecursionScratch {
   // For a problem that this worker solves alone: a column, or a world.
   BinnedGrid space;
   base::Buffer<std::uint32_t> ids, labels;  // the queries, then the targets
-  base::Buffer<std::uint16_t> reject_bits;
+  base::Buffer<RejectMask> masks;
 };
 
 }  // namespace throng::grid

@@ -13,7 +13,7 @@
 #include "base/quantize.hpp"
 #include "grid/bin/filter_classes.hpp"
 #include "grid/doubles.hpp"
-#include "grid/emit/emit.hpp"
+#include "grid/emit/pair_output.hpp"
 #include "grid/emit/pair_sink.hpp"
 #include "grid/sweep/kernel_table.hpp"
 
@@ -36,8 +36,7 @@ struct BoxSubset {
 // hold both boxes too): on no axis do both boxes start in an earlier column (base/quantize.hpp).
 struct ParentCell {
   const std::uint32_t* ids = nullptr;  // by label
-  const std::uint16_t* reject_bits =
-      nullptr;  // by label: a bit per axis, of this column and the enclosing ones
+  const RejectMask* masks = nullptr;   // by label: of this column and the enclosing ones
 };
 
 // Finds the pairs of queries with targets and, if `self`, of queries among themselves.
@@ -90,7 +89,7 @@ constexpr std::size_t default_stream_bytes = std::size_t{64} << 20;
 class PairTest {
  public:
   // Moves the pairs that pass to the front, in any order, and returns their number. Called from any
-  // thread, with at most staging_pairs + emit_slack pairs.
+  // thread, with at most staging_pairs + PairOutput::slack pairs.
   virtual std::size_t keep(Pair* pairs, std::size_t count) const = 0;
   // Called before each pass over all pairs: what was counted before is void.
   virtual void restart() noexcept = 0;
@@ -105,7 +104,7 @@ struct Search {
   const Boxes* b = nullptr;  // equals a if there is one set
   bool two_sets = false;
   const Doubles* doubles = nullptr;    // the exact boxes that a and b approximate, if any
-  std::uint32_t target_id_offset = 0;  // see Emit
+  std::uint32_t target_id_offset = 0;  // see PairOutput
   float margin = 0;
   float cell_scale = 1;
   bool flat = false;                              // all boxes are 2-D

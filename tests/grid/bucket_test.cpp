@@ -103,7 +103,7 @@ TEST(SortedRuns, MatchSeparateSorts) {
     for (std::uint32_t longest = 1; longest <= 12; ++longest) {
       for (std::uint32_t before = 0; before < 2; ++before) {
         for (std::uint32_t bits = 0; bits < 1u << longest; ++bits) {
-          std::vector<std::uint32_t> keys(before + longest + 1 + run_padding + 1, 12345);
+          std::vector<std::uint32_t> keys(before + longest + 1 + KeyRuns::padding + 1, 12345);
           std::vector<Pair> want, got(before + longest + 2, Pair{77, 78});
           const auto add = [&](std::uint32_t first, std::uint32_t second) {
             keys[want.size()] = first << 5 | second;
@@ -113,7 +113,8 @@ TEST(SortedRuns, MatchSeparateSorts) {
           for (std::uint32_t i = 0; i < longest; ++i) add(1, bits >> i & 1);
           add(2, 0);
           std::sort(want.begin(), want.end());
-          kernels->sort_runs({keys.data(), want.size(), longest, 96, 5}, got.data());
+          const auto padded = base::PaddedArray<std::uint32_t, KeyRuns::padding>::of(keys.data());
+          kernels->sort_runs({padded, want.size(), longest, 96, 5}, got.data());
           ASSERT_EQ(keys.back(), 12345u);
           ASSERT_EQ(got.back(), (Pair{77, 78}));
           got.pop_back();

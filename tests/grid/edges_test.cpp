@@ -68,7 +68,7 @@ TEST(Edges, StripOfMaximumLength) {
     Strip strip;
     strip.count = static_cast<std::uint32_t>(count);
     EXPECT_THROW(space.assign_storage(strip, false), base::AllocationFailed);
-    EXPECT_GE(request.bytes, 7 * count * sizeof(std::int16_t));
+    EXPECT_GE(request.bytes, 6 * count * sizeof(std::int16_t));
   }
 }
 

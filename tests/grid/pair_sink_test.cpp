@@ -76,7 +76,7 @@ struct Writer {
   bool is_growing = true;
 
   void put(Pair pair) {
-    if (is_growing && capacity.size() <= emit_slack) grow();
+    if (is_growing && capacity.size() <= PairOutput::slack) grow();
     OutputRange& own = gap.size() != 0 ? gap : capacity;
     if (own.size() != 0)
       *own.begin++ = pair;

@@ -17,7 +17,7 @@ namespace {
 
 void put(Worker& worker, std::uint32_t k) {
   *worker.cursor++ = {k, k + 1};
-  if (worker.cursor > worker.limit) worker.flush(&worker);
+  if (worker.cursor > worker.limit) worker.flush();
 }
 
 // Two workers alternately write 0, 1, 2, ..., each alternating between grid search and brute force.
@@ -25,7 +25,7 @@ TEST(Workers, ResumeDirectWrites) {
   constexpr std::uint32_t most = 60000;
   std::vector<std::uint32_t> ids(most + 1);
   std::iota(ids.begin(), ids.end(), 0u);
-  const std::vector<std::uint16_t> before(most + 1, 0);
+  const std::vector<RejectMask> before(most + 1);
   const ParentCell parent{ids.data(), before.data()};
   const Boxes none;
   base::Memory memory(large_pages(), 0);

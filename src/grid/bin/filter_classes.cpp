@@ -143,32 +143,30 @@ void FilterClasses::settle(bool static_apart) noexcept {
 
   // A target's bit names the set of classes that it must not pair with, if any. A query has the
   // bits of all sets that contain its class.
-  std::uint16_t rows[bit_count];
+  std::uint16_t rows[RejectMask::filter_bits];
   unsigned row_count = 0;
   bool fit = true;
   for (std::uint32_t k = 0; k < known_count_; ++k) {
-    as_target_[k] = 0;
+    as_target_[k] = {};
     if (forbidden_[k] == 0) continue;
     const auto row = static_cast<unsigned>(std::find(rows, rows + row_count, forbidden_[k]) - rows);
-    fit = row < bit_count;
+    fit = row < RejectMask::filter_bits;
     if (!fit) break;
     if (row == row_count) rows[row_count++] = forbidden_[k];
-    as_target_[k] = static_cast<std::uint16_t>(1u << (first_bit + row));
+    as_target_[k] = RejectMask::of_filter(row);
   }
   // Fallback: static alone.
   if (!fit) {
     for (std::uint32_t k = 0; k < known_count_; ++k)
-      as_target_[k] = both_static(known_[k], known_[k]) ? 1u << first_bit : 0;
+      as_target_[k] = both_static(known_[k], known_[k]) ? RejectMask::of_filter(0) : RejectMask();
   }
-  unsigned covered = 0;
+  masks_cover_some_ = false;
   for (std::uint32_t k = 0; k < known_count_; ++k) {
-    unsigned word = fit ? 0 : as_target_[k];
+    as_query_[k] = fit ? RejectMask() : as_target_[k];
     for (std::uint32_t j = 0; j < known_count_ && fit; ++j)
-      word |= (forbidden_[k] >> j & 1) != 0 ? as_target_[j] : 0u;
-    as_query_[k] = static_cast<std::uint16_t>(word);
-    covered |= word;
+      if (forbidden_[k] >> j & 1) as_query_[k] = as_query_[k] | as_target_[j];
+    masks_cover_some_ |= !as_query_[k].is_empty();
   }
-  masks_cover_some_ = covered != 0;
   masks_cover_all_ = fit && grouped();
 }
 

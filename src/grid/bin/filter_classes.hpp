@@ -22,8 +22,6 @@ struct Search;
 class FilterClasses {
  public:
   static constexpr std::uint32_t most = 16;
-  // The bits of those masks that hold filter classes.
-  static constexpr unsigned first_bit = 9, bit_count = 6;
 
   explicit FilterClasses(base::Memory& memory) noexcept
       : of_{base::Buffer<std::uint8_t>(memory), base::Buffer<std::uint8_t>(memory)} {}
@@ -52,8 +50,8 @@ class FilterClasses {
   bool masks_cover_some() const noexcept { return masks_cover_some_; }
   bool masks_cover_all() const noexcept { return masks_cover_all_; }
   // Masks per class: two share a bit if their pair is forbidden.
-  const std::uint16_t* as_query() const noexcept { return as_query_; }
-  const std::uint16_t* as_target() const noexcept { return as_target_; }
+  const RejectMask* as_query() const noexcept { return as_query_; }
+  const RejectMask* as_target() const noexcept { return as_target_; }
   // The classes that `filter_class` must not pair with, a bit each.
   std::uint32_t forbidden(std::uint32_t filter_class) const noexcept {
     return forbidden_[filter_class];
@@ -93,7 +91,7 @@ class FilterClasses {
   std::uint32_t known_count_ = 0;
   FilterCombination known_[most] = {};
   std::uint16_t forbidden_[most] = {};  // per class, a bit per class that it must not pair with
-  std::uint16_t as_query_[most] = {}, as_target_[most] = {};
+  RejectMask as_query_[most], as_target_[most];
 };
 
 }  // namespace throng::grid

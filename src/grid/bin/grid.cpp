@@ -20,8 +20,6 @@ constexpr std::uint64_t wide_limit = 64;
 constexpr std::uint32_t block_batch = 8;
 // A task's write buffers for all columns.
 constexpr std::size_t bin_buffer_bytes = std::size_t{1} << 20;
-// Space for a tile's column_offsets, read to the end of a vector.
-constexpr std::uint32_t column_offset_capacity = bin_tile + 16;
 
 // The first column of each box's world; boxes in every world take the slow path.
 void column_offsets_of(const Strided<std::int32_t>& worlds, std::size_t begin, std::uint32_t count,
@@ -57,30 +55,26 @@ void BinnedGrid::match(const BinnedGrid& other) {
   }
 }
 
-std::uintptr_t BinnedGrid::next_block(BinTarget* target, std::uint32_t column) {
-  BinTask& task = *static_cast<BinTask*>(target);
-  BinnedGrid& grid = *task.grid;
-  if (task.next_free == task.free_end) {
-    const std::uintptr_t blocks = grid.take_blocks(task.task);
-    task.next_free = blocks ? blocks : task.dummy;
-    task.free_end = task.next_free + block_batch * (blocks ? grid.block_bytes_ : 1);
+std::uintptr_t BinTask::next_block(std::uint32_t column) {
+  using Block = BinnedGrid::Block;
+  if (next_free == free_end) {
+    const std::uintptr_t blocks = grid->take_blocks(task);
+    next_free = blocks ? blocks : dummy;
+    free_end = next_free + block_batch * (blocks ? grid->block_bytes_ : 1);
   }
-  if (grid.pool_exhausted_.load(std::memory_order_relaxed) &&
-      task.next_free - task.dummy < block_batch) {
-    ++task.next_free;
-    return task.dummy + sizeof(Block);
+  if (grid->pool_exhausted_.load(std::memory_order_relaxed) && next_free - dummy < block_batch) {
+    ++next_free;
+    return dummy + sizeof(Block);
   }
-  const std::uintptr_t block = task.next_free;
-  task.next_free += grid.block_bytes_;
-  const std::uintptr_t tail = task.tail[column];
+  const std::uintptr_t block = next_free;
+  next_free += grid->block_bytes_;
   Block header{0, 0};
-  if (tail) {
-    header.previous = grid.block_of(tail);
+  if (tail[column]) {
+    header.previous = grid->block_of(tail[column]);
     header.before = reinterpret_cast<const Block*>(header.previous)->before +
-                    grid.block_bytes_ / sizeof(Record) - 1;
+                    grid->block_bytes_ / sizeof(Record) - 1;
   }
-  std::memcpy(task.buffers ? task.buffer(column) : reinterpret_cast<char*>(block), &header,
-              sizeof header);
+  std::memcpy(buffers ? buffer(column) : reinterpret_cast<char*>(block), &header, sizeof header);
   return block + sizeof(Block);
 }
 
@@ -189,7 +183,6 @@ void BinnedGrid::bin_side(Search& search, const BoxSubset& side, unsigned index,
   BinTask& task = worker.bin;
   task.grid = this;
   task.task = t;
-  task.next_block = next_block;
   task.block_mask = block_bytes_ - 1;
   if (index == 0) task.next_free = task.free_end = 0;
   task.tail = tails(t, index);
@@ -210,8 +203,8 @@ void BinnedGrid::bin_side(Search& search, const BoxSubset& side, unsigned index,
   const bool flat = search.flat;
   const std::uint32_t* names = side.labels ? side.labels : side.ids;
   alignas(64) float tile[bin_tile * 6 + 1];
-  alignas(64) std::uint32_t column_offsets[column_offset_capacity] = {};
-  task.column_offset = plan.worlds > 1 ? column_offsets : nullptr;
+  alignas(64) std::uint32_t column_offsets[bin_tile + 16] = {};  // with padding
+  task.column_offset = task.column_offset.of(plan.worlds > 1 ? column_offsets : nullptr);
   // A chunk ends with a tile, unless it is the last; a tile ends before the copied boxes.
   std::size_t begin, end;
   while (!search.over() && shares.take(t, begin, end)) {

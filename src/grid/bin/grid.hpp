@@ -16,6 +16,14 @@ namespace throng::grid {
 
 struct RecordWords;
 
+// A box that touches too many columns for one record in each: its quantized bounds on three axes.
+struct WideBox {
+  std::int32_t lower[3];
+  std::int32_t upper[3];
+  std::uint32_t id;
+  std::uint32_t column_offset;  // as in RecordOutput
+};
+
 // The memory of one grid, kept between calls.
 class BinnedGrid {
  public:
@@ -58,7 +66,7 @@ class BinnedGrid {
   // Takes block_batch contiguous blocks, from the task's own region first; 0 if the pool is
   // exhausted.
   std::uintptr_t take_blocks(unsigned task) noexcept;
-  static std::uintptr_t next_block(BinTarget* target, std::uint32_t column);
+  friend struct BinTask;
   void prepare(const Search&, const GridPlan&, std::size_t boxes, unsigned task_count);
   unsigned choose_buffers(const Search&, double records) const noexcept;
   static void flush_buffer(const BinTask&, std::uint32_t column);

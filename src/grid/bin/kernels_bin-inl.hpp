@@ -133,7 +133,7 @@ struct Copies {
 inline constexpr Copies copies;
 
 // Streams the column's full buffer, if any, to its block. Returns the address of the next record.
-HWY_NOINLINE std::uintptr_t flush_buffer(BinTarget& out, std::uint32_t column) {
+HWY_NOINLINE std::uintptr_t flush_buffer(RecordOutput& out, std::uint32_t column) {
   const hn::ScalableTag<std::uint8_t> d;
   if (const std::uintptr_t end = out.tail[column]) {
     const std::size_t bytes = out.buffer_mask() + 1;
@@ -147,7 +147,7 @@ HWY_NOINLINE std::uintptr_t flush_buffer(BinTarget& out, std::uint32_t column) {
 
 // Writes the column's next record and returns its address. The caller updates the tail.
 template <bool buffered>
-HWY_INLINE std::uintptr_t put(BinTarget& out, std::uint32_t column, RecordVector record) {
+HWY_INLINE std::uintptr_t put(RecordOutput& out, std::uint32_t column, RecordVector record) {
   if constexpr (!buffered) {
     const std::uintptr_t at = out.next_slot(column);
     store_record(at, record);
@@ -165,7 +165,7 @@ HWY_INLINE std::uintptr_t put(BinTarget& out, std::uint32_t column, RecordVector
 // listed first, which avoids one mispredicted branch per box.
 template <bool buffered>
 HWY_NOINLINE void write_copies(const base::Quantizer& map, const std::uint32_t* multi_column,
-                               std::uint32_t count, BinTarget& out) {
+                               std::uint32_t count, RecordOutput& out) {
   const hn::FixedTag<std::uint16_t, 8> d;
   std::uint16_t list[bin_tile * 7 + 1];
   static_assert(bin_tile <= 1024);  // 10 bits for the box, 6 for the copy
@@ -207,7 +207,7 @@ constexpr std::size_t records_ahead = 3;
 template <bool buffered>
 HWY_INLINE void write_records(const base::Quantizer& map, const std::uint32_t* multi_column,
                               std::uint32_t multi_column_count, std::uint32_t count,
-                              BinTarget& out) {
+                              RecordOutput& out) {
   std::uintptr_t* const tails = out.tail;
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::uint32_t number = out.number[i];
@@ -241,7 +241,7 @@ HWY_INLINE V positions(V x, M by_bits, V centre, V factor) {
 template <bool plain>
 HWY_NOINLINE void bin_impl(const base::Quantizer& map, const char* boxes, std::size_t stride,
                            const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count,
-                           BinTarget& out) {
+                           RecordOutput& out) {
   const hn::ScalableTag<float> df;
   const hn::RebindToSigned<decltype(df)> di;
   const hn::RebindToUnsigned<decltype(df)> du;
@@ -343,7 +343,8 @@ HWY_NOINLINE void bin_impl(const base::Quantizer& map, const char* boxes, std::s
       auto number = mixed;
       if constexpr (group > 1) number = hn::TableLookupLanes(mixed, in_order);
       if (out.column_offset) {
-        const auto world = hn::LoadU(du, out.column_offset + i), low = hn::Set(du, max_columns - 1);
+        const auto world = hn::LoadU(du, out.column_offset.data() + i),
+                   low = hn::Set(du, max_columns - 1);
         number = hn::Or(hn::Add(number, hn::And(world, low)), hn::AndNot(low, world));
       }
       hn::StoreU(number, du, out.number + i);
@@ -367,7 +368,7 @@ HWY_NOINLINE void bin_impl(const base::Quantizer& map, const char* boxes, std::s
 
 inline void bin(const base::Quantizer& map, const char* boxes, std::size_t stride,
                 const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count,
-                BinTarget& out) {
+                RecordOutput& out) {
   if (map.is_identity)
     bin_impl<true>(map, boxes, stride, ids, first_id, count, out);
   else

@@ -132,7 +132,7 @@ enum class PairState : bool { tie, confirmed };
 template <Orientation orientation, PairState state = PairState::confirmed>
 class PairWriter {
  public:
-  explicit PairWriter(Emit& out)
+  explicit PairWriter(PairOutput& out)
       : out_(out), cursor_(end()), limit_(limit()), offset_(hn::Set(D32(), out.target_id_offset)) {}
   ~PairWriter() { end() = cursor_; }
   PairWriter(const PairWriter&) = delete;
@@ -148,7 +148,7 @@ class PairWriter {
     }
     if (HWY_LIKELY(cursor_ <= limit_)) return;
     end() = cursor_;
-    state == PairState::confirmed ? out_.flush(&out_) : out_.flush_ties(&out_);
+    state == PairState::confirmed ? out_.flush() : out_.flush_ties();
     cursor_ = end();
     limit_ = limit();
   }
@@ -160,7 +160,7 @@ class PairWriter {
   Pair*& end() const { return state == PairState::confirmed ? out_.cursor : out_.tie_cursor; }
   Pair* limit() const { return state == PairState::confirmed ? out_.limit : out_.tie_limit; }
 
-  Emit& out_;
+  PairOutput& out_;
   Pair* cursor_;
   Pair* limit_;
   V32 offset_;
@@ -209,7 +209,7 @@ struct Hits {
 // boxes into registers and returns a function that picks from them by (positions, queries,
 // targets); elsewhere ids_at(query, target, first bit, bits, queries, targets) compresses them.
 template <Orientation orientation, PairState state, class IdsAt>
-HWY_INLINE void write_pairs(Hits& hits, Emit& out, IdsAt&& ids_at) {
+HWY_INLINE void write_pairs(Hits& hits, PairOutput& out, IdsAt&& ids_at) {
   PairWriter<orientation, state> pairs(out);
 #if HWY_TARGET == HWY_AVX3_DL
   for (std::size_t h = 0; h < hits.count; ++h) {

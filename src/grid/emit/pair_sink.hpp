@@ -12,7 +12,7 @@
 
 #include "base/mutex.hpp"
 #include "base/threads.hpp"
-#include "grid/emit/emit.hpp"
+#include "grid/emit/pair_output.hpp"
 
 namespace throng::grid {
 
@@ -66,7 +66,7 @@ class BufferSink final : public Sink {
   // another needs.
   static constexpr std::uint64_t max_range_pairs = 4096, min_range_pairs = 512;
   // Per worker: a range that grew when it was full but for its slack, and a gap of the same size.
-  static constexpr std::uint64_t max_empty = max_range_pairs + 2 * emit_slack;
+  static constexpr std::uint64_t max_empty = max_range_pairs + 2 * PairOutput::slack;
   // Counts of pairs cannot overflow. Two sets have at most m^2 pairs, m = max_box_count < 2^32 - 1,
   // one set fewer; so there are less than 2^64 - 2^33. next_ also counts the entries left empty.
   static_assert(max_box_count * max_box_count < ~std::uint64_t{0} - base::max_workers * max_empty);

@@ -9,36 +9,35 @@
 
 namespace throng::grid {
 
-namespace {
-
-std::size_t row_of(std::uint32_t count) { return (count + strip_padding + 63) / 64 * 64; }
-
-}  // namespace
-
 void StripStorage::reserve(std::uint32_t count, bool with_classes) {
-  order.ensure(count + record_padding);
+  order.ensure(count + Strip::record_padding);
   ranks.ensure(count);
   buckets.ensure(count + 1);
-  quantized.ensure((with_classes ? 8 : 7) * row_of(count));
-  ids.ensure(row_of(count));
+  Strip strip;
+  strip.count = count;
+  assign_storage(strip, with_classes);
 }
 
 void StripStorage::assign_storage(Strip& strip, bool with_classes) {
-  const std::size_t row = row_of(strip.count);
-  std::int16_t* w = quantized.ensure((with_classes ? 8 : 7) * row);
-  for (int k = 0; k < 3; ++k) {
-    strip.lower[k] = w + 2 * k * row;
-    strip.upper[k] = w + (2 * k + 1) * row;
+  using Coordinates = Strip::Array<std::int16_t>;
+  using Masks = Strip::Array<RejectMask>;
+  const std::uint32_t count = strip.count;
+  std::int16_t* const of_boxes = coordinates.ensure(6 * Coordinates::row_elements(count));
+  for (std::size_t k = 0; k < 3; ++k) {
+    strip.lower[k] = Coordinates::row(of_boxes, 2 * k, count);
+    strip.upper[k] = Coordinates::row(of_boxes, 2 * k + 1, count);
   }
-  strip.target_reject_bits = w + 6 * row;
-  strip.query_reject_bits = with_classes ? w + 7 * row : strip.target_reject_bits;
-  strip.id = ids.ensure(row);
+  RejectMask* const of_sides = masks.ensure((with_classes ? 2 : 1) * Masks::row_elements(count));
+  strip.target_mask = Masks::row(of_sides, 0, count);
+  strip.query_mask = Masks::row(of_sides, with_classes ? 1 : 0, count);
+  strip.id = {ids, count};
 }
 
 void StripStorage::match(const StripStorage& other) {
   order.match(other.order);
   ranks.match(other.ranks);
-  quantized.match(other.quantized);
+  coordinates.match(other.coordinates);
+  masks.match(other.masks);
   ids.match(other.ids);
   buckets.match(other.buckets);
 }
@@ -50,10 +49,7 @@ Worker::Worker(base::Memory& memory) noexcept
       target_floats(memory),
       memory_(&memory),
       confirmed_(memory),
-      ties_(memory) {
-  flush = flush_confirmed;
-  flush_ties = decide_ties;
-}
+      ties_(memory) {}
 
 Worker::~Worker() {
   for (RecursionScratch* scratch : scratch_) memory_->destroy(scratch);
@@ -78,9 +74,9 @@ void Worker::begin(Search& search) {
   search_ = &search;
   comparisons = visited = 0;
   target_id_offset = search.target_id_offset;
-  confirmed_.ensure(staging_pairs + emit_slack, true);
+  confirmed_.ensure(staging_pairs + slack, true);
   gap_ = range_ = OutputRange{};
-  tie_cursor = ties_.ensure(staging_ties + emit_slack, true);
+  tie_cursor = ties_.ensure(staging_ties + slack, true);
   tie_limit = tie_cursor + staging_ties;
   set_source(Source::sweep, nullptr);
 }
@@ -94,7 +90,7 @@ void Worker::start_staging() noexcept {
 
 // From now on pairs go directly to the output, while it has space.
 void Worker::write_directly() {
-  if (range_.size() < emit_slack) {
+  if (range_.size() < slack) {
     OutputRange next = range_;
     if (!search_->sink->extend(next)) return start_staging();
     if (next.begin != range_.begin) gap_ = range_;
@@ -102,7 +98,7 @@ void Worker::write_directly() {
   }
   direct_ = true;
   cursor = range_.begin;
-  limit = range_.end - emit_slack;
+  limit = range_.end - slack;
 }
 
 void Worker::set_source(Source source, const ParentCell* parent) {
@@ -128,11 +124,11 @@ void Worker::switch_to(Source source, const ParentCell* parent) {
 }
 
 void Worker::drain() {
-  decide_ties(this);
+  flush_ties();
   if (direct_)
     range_.begin = cursor;
   else
-    flush_confirmed(this);
+    flush();
 }
 
 void Worker::finish() {
@@ -154,35 +150,33 @@ void Worker::next_range() {
   write_directly();
 }
 
-void Worker::flush_confirmed(Emit* emit) {
-  Worker& w = *static_cast<Worker*>(emit);
-  if (w.direct_) return w.next_range();
-  Pair* pairs = w.confirmed_.data();
-  std::size_t count = static_cast<std::size_t>(w.cursor - pairs);
-  w.cursor = pairs;
-  if (w.parent_) count = w.resolve_labels(pairs, count);
-  count = w.filter(pairs, count);
-  for (OutputRange* range : {&w.gap_, &w.range_}) {
+void Worker::flush() {
+  if (direct_) return next_range();
+  Pair* pairs = confirmed_.data();
+  std::size_t count = static_cast<std::size_t>(cursor - pairs);
+  cursor = pairs;
+  if (parent_) count = resolve_labels(pairs, count);
+  count = filter(pairs, count);
+  for (OutputRange* range : {&gap_, &range_}) {
     const std::size_t part = std::min(count, range->size());
     if (part == 0) continue;
     count -= part;
     std::memcpy(range->begin, pairs + count, part * sizeof(Pair));
     range->begin += part;
   }
-  if (count) w.search_->sink->take(pairs, count);
+  if (count) search_->sink->take(pairs, count);
 }
 
 // Decides ties by the input floats. They are scattered in memory, so they are prefetched.
-void Worker::decide_ties(Emit* emit) {
-  Worker& w = *static_cast<Worker*>(emit);
-  const Search& s = *w.search_;
-  const Pair* pairs = w.ties_.data();
-  const std::size_t count = static_cast<std::size_t>(w.tie_cursor - pairs);
-  w.tie_cursor = w.ties_.data();
+void Worker::flush_ties() {
+  const Search& s = *search_;
+  const Pair* pairs = ties_.data();
+  const std::size_t count = static_cast<std::size_t>(tie_cursor - pairs);
+  tie_cursor = ties_.data();
   const auto put = [&](Pair pair, bool overlap) {
-    *w.cursor = pair;
-    w.cursor += overlap;
-    if (w.cursor > w.limit) flush_confirmed(emit);
+    *cursor = pair;
+    cursor += overlap;
+    if (cursor > limit) flush();
   };
   constexpr std::size_t ahead = 12;
   const auto upcoming = [&](std::size_t i) { return pairs[std::min(i + ahead, count - 1)]; };
@@ -215,13 +209,13 @@ void Worker::decide_ties(Emit* emit) {
 // Maps labels to ids; drops pairs that another column owns.
 std::size_t Worker::resolve_labels(Pair* pairs, std::size_t count) const noexcept {
   const std::uint32_t* ids = parent_->ids;
-  const std::uint16_t* reject_bits = parent_->reject_bits;
+  const RejectMask* masks = parent_->masks;
   const Orientation orientation = search_->forward();
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Pair label = pairs[i];
     pairs[kept] = make_pair(orientation, ids[label.first], ids[label.second]);
-    kept += (reject_bits[label.first] & reject_bits[label.second]) == 0;
+    kept += !masks[label.first].rejects(masks[label.second]);
   }
   return kept;
 }

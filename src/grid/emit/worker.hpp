@@ -14,7 +14,12 @@ namespace throng::grid {
 class StripStorage {
  public:
   explicit StripStorage(base::Memory& memory) noexcept
-      : order(memory), ranks(memory), quantized(memory), ids(memory), buckets(memory) {}
+      : order(memory),
+        ranks(memory),
+        coordinates(memory),
+        masks(memory),
+        ids(memory),
+        buckets(memory) {}
   // Points the arrays of `strip` at storage for strip.count boxes. with_classes: query and target
   // bits differ.
   void assign_storage(Strip& strip, bool with_classes);
@@ -24,7 +29,8 @@ class StripStorage {
 
   base::Buffer<const Record*> order;
   base::Buffer<std::uint32_t> ranks;
-  base::Buffer<std::int16_t> quantized;
+  base::Buffer<std::int16_t> coordinates;
+  base::Buffer<RejectMask> masks;
   base::Buffer<std::uint32_t> ids;
   base::Buffer<std::uint32_t> buckets;
 };
@@ -42,14 +48,16 @@ struct RecursionScratch;
 class BinnedGrid;
 
 // One task's part of a binning.
-struct BinTask : BinTarget {
+struct BinTask final : RecordOutput {
+  std::uintptr_t next_block(std::uint32_t column) override;
+
   BinnedGrid* grid = nullptr;
   unsigned task = 0;                           // its index
   std::uintptr_t next_free = 0, free_end = 0;  // blocks taken from the pool but not used yet
   std::uintptr_t dummy = 0;                    // target of records once the pool is exhausted
 };
 
-class Worker : public Emit {
+class Worker final : public PairOutput {
  public:
   explicit Worker(base::Memory& memory) noexcept;
   ~Worker();
@@ -57,6 +65,10 @@ class Worker : public Emit {
   Worker& operator=(const Worker&) = delete;
 
   void begin(Search& search);
+  // Passes confirmed pairs on.
+  void flush() override;
+  // Decides the ties by the input floats.
+  void flush_ties() override;
   // Decides all ties and passes on everything staged.
   void drain();
   // At the end: also returns what is left of its output range.
@@ -66,7 +78,7 @@ class Worker : public Emit {
   void use_sweep() { switch_to(Source::sweep, nullptr); }
   void use_brute_force(const ParentCell* parent) { switch_to(Source::brute_force, parent); }
   // Scratch of the grid at a depth: 0 is the full problem's, 1 one of its columns' or worlds', ...
-  static constexpr unsigned max_depth = 4;
+  static constexpr unsigned max_depth = RejectMask::max_levels;
   RecursionScratch& scratch(unsigned depth);
   // Reserves what `other` has: which columns a worker gets differs from call to call, and a warmed
   // Finder must not allocate for that.
@@ -77,8 +89,6 @@ class Worker : public Emit {
   BoxTiles query_floats, target_floats;
 
  private:
-  static void flush_confirmed(Emit* emit);
-  static void decide_ties(Emit* emit);
   enum class Source : bool { sweep, brute_force };
   void switch_to(Source source, const ParentCell* parent);
   void set_source(Source source, const ParentCell* parent);

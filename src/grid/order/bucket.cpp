@@ -160,7 +160,7 @@ bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* s
   const Pair* const pairs = bucket.pairs;
   const std::size_t count = bucket.count;
   if (!kernels.sort_runs || count <= few_pairs || !fits_32_bits(bucket)) return false;
-  static_assert(few_pairs >= run_padding);  // `scratch` holds two keys per pair
+  static_assert(few_pairs >= KeyRuns::padding);  // `scratch` holds two keys per pair
   const unsigned bits = std::min(
       {static_cast<unsigned>(std::bit_width(count)) - 1, bucket.key_bits(), most_run_bits});
   const unsigned shift = bucket.key_bits() - bits;
@@ -184,7 +184,9 @@ bool sort_as_runs(const Kernels& kernels, const Bucket& bucket, std::uint64_t* s
     const std::uint32_t key = key_of(pairs[i]);
     keys[at[key >> shift]++] = key;
   }
-  kernels.sort_runs({keys, count, longest, bucket.first_above, bucket.second_bits}, bucket.pairs);
+  kernels.sort_runs({base::PaddedArray<std::uint32_t, KeyRuns::padding>::of(keys), count, longest,
+                     bucket.first_above, bucket.second_bits},
+                    bucket.pairs);
   return true;
 }
 

@@ -21,7 +21,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 // Odd-even transposition sort: each step compares every key with a neighbour, alternately the next
 // and the previous. A run is sorted after as many steps as it has keys.
 HWY_INLINE void transpose_neighbours(std::uint32_t* keys, std::size_t count, std::uint32_t steps) {
-  constexpr hn::CappedTag<std::uint32_t, run_padding> d{};
+  constexpr hn::CappedTag<std::uint32_t, KeyRuns::padding> d{};
   for (std::uint32_t step = 0; step < steps; ++step) {
     for (std::size_t i = step % 2; i < count; i += hn::MaxLanes(d)) {
       const auto key = hn::LoadU(d, keys + i);
@@ -34,23 +34,24 @@ HWY_INLINE void transpose_neighbours(std::uint32_t* keys, std::size_t count, std
 // Needs vectors of four pairs or more.
 template <std::uint32_t pairs_per_vector>
 void sort_runs(const KeyRuns& runs, Pair* to) {
+  const std::size_t count = runs.count;
   // The padding is the maximum, so comparing with it is a no-op.
-  std::fill_n(runs.keys + runs.count, run_padding, ~std::uint32_t{0});
-  if (runs.longest > 1) transpose_neighbours(runs.keys, runs.count, runs.longest);
+  std::fill_n(runs.keys.data() + count, KeyRuns::padding, ~std::uint32_t{0});
+  if (runs.longest > 1) transpose_neighbours(runs.keys.data(), count, runs.longest);
   constexpr hn::CappedTag<std::uint64_t, pairs_per_vector> d{};
   constexpr hn::Rebind<std::uint32_t, decltype(d)> d_key{};
   const auto second_bits = static_cast<int>(runs.second_bits);
   const auto second_mask = hn::Set(d, (std::uint64_t{1} << runs.second_bits) - 1);
   const auto first_above = hn::Set(d, std::uint64_t{runs.first_above});
-  for (std::size_t i = 0; i < runs.count; i += pairs_per_vector) {
-    const auto key = hn::PromoteTo(d, hn::LoadU(d_key, runs.keys + i));
+  for (std::size_t i = 0; i < count; i += pairs_per_vector) {
+    const auto key = hn::PromoteTo(d, hn::LoadU(d_key, runs.keys.data() + i));
     const auto pair = hn::Or(hn::Or(hn::ShiftRightSame(key, second_bits), first_above),
                              hn::ShiftLeft<32>(hn::And(key, second_mask)));
     auto* const at = reinterpret_cast<std::uint64_t*>(to + i);
-    if (runs.count - i >= pairs_per_vector)
+    if (count - i >= pairs_per_vector)
       hn::StoreU(pair, d, at);
     else
-      hn::BlendedStore(pair, hn::FirstN(d, runs.count - i), d, at);
+      hn::BlendedStore(pair, hn::FirstN(d, count - i), d, at);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/cost_table.hpp"
 #include "grid/plan/plan_and_solve.hpp"
 
 namespace throng::grid {
@@ -86,7 +87,6 @@ struct Distance {
 // different places, and columns per world would be mostly empty. Uses the sample and the boxes that
 // follow each in memory.
 bool share_one_place(const Search& search, const Sample& sample, const ByWorld& worlds) noexcept {
-  constexpr double least_share = 0.25;
   Distance own, any;
   for (std::uint32_t i = 0; i + 1 < sample.count; ++i) any.add(sample.box[i], sample.box[i + 1]);
   for (std::uint32_t i = 0; i < worlds.count; ++i) {
@@ -102,7 +102,7 @@ bool share_one_place(const Search& search, const Sample& sample, const ByWorld& 
     }
   }
   for (int k = 0; k < 3; ++k)
-    if (own.sum[k] * any.count < least_share * any.sum[k] * own.count) return false;
+    if (own.sum[k] * any.count < base::cost.world_distance * any.sum[k] * own.count) return false;
   return true;
 }
 
@@ -138,14 +138,12 @@ bool plan_worlds(const Search& search, const FilterClasses& filter_classes, Grid
 // Whether to solve static boxes as separate problems, instead of searching them with the others and
 // discarding their pairs. Of the cost expected for all boxes, static pairs take the share given by
 // the cost of static boxes alone and of moving boxes alone, whose square roots add up for a
-// mixture. A separate search costs about 1.3 times the rest, plus some 25 ns per box for sorting
-// and more grids.
+// mixture.
 bool separate_static_pays(const Search& search, const FilterClasses& filter_classes,
                           const GridPlan& all) {
   if (filter_classes.all_static()) return true;
-  constexpr double mixed_cost_factor = 1.3, separation_ns = 25, binning_ns = 5;
   const std::uint64_t boxes = box_count(search);
-  const double extra = separation_ns * static_cast<double>(boxes);
+  const double extra = base::cost.separation_ns * static_cast<double>(boxes);
   if (all.expected_ns <= extra) return false;
   const Sample sample(search);
   Box of_class[2][max_sample];
@@ -154,17 +152,16 @@ bool separate_static_pays(const Search& search, const FilterClasses& filter_clas
     const bool is_static = filter_classes.is_static(sample.place[i].second, sample.place[i].id);
     of_class[is_static][taken[is_static]++] = sample.box[i];
   }
-  // The comparison cost of each group, without the cost of binning.
   double comparing[2];
   for (const unsigned k : {0, 1}) {
     const std::uint64_t count = boxes * taken[k] / std::max(sample.count, 1u);
     const GridPlan plan = grid::plan(measure(of_class[k], taken[k], count, count),
                                      search.kernels->sweep_cost, Algorithm::grid, 1);
-    comparing[k] = std::max(0.0, plan.expected_ns - binning_ns * static_cast<double>(count));
+    comparing[k] = plan.expected_ns;
   }
   const double roots = std::sqrt(comparing[0]) + std::sqrt(comparing[1]);
   const double saved = roots == 0 ? 0 : all.expected_ns * comparing[1] / (roots * roots);
-  return mixed_cost_factor * (all.expected_ns - saved) + extra < all.expected_ns;
+  return extra < saved;
 }
 
 }  // namespace
@@ -180,7 +177,6 @@ bool plan_with_filters(Search& search, const Problem& whole, Algorithm forced, u
   if (search.over()) return true;
   // Worlds: columns per world; or all together if that is cheap, as it is if the worlds are in
   // different places; or one problem per world.
-  constexpr double cheap_ns = 25;  // per box
   bool one = !filter_classes.several_worlds() || forced != Algorithm::all_pairs;
   bool in_columns = false;
   if (one) plan = make_plan(search, whole, forced);
@@ -188,7 +184,8 @@ bool plan_with_filters(Search& search, const Problem& whole, Algorithm forced, u
     GridPlan of_worlds;
     in_columns =
         plan_worlds(search, filter_classes, of_worlds) && of_worlds.expected_ns < plan.expected_ns;
-    one = in_columns || plan.expected_ns <= cheap_ns * static_cast<double>(box_count(search));
+    one = in_columns || plan.expected_ns <=
+                            base::cost.worlds_together_ns * static_cast<double>(box_count(search));
     if (in_columns) plan = of_worlds;
   }
   if (one && filter_classes.some_static())

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/cost_table.hpp"
 #include "base/prefetch.hpp"
 #include "grid/all_pairs.hpp"
 #include "grid/recursion_scratch.hpp"
@@ -43,7 +44,8 @@ std::uint32_t sample_subset(const Search& search, const BoxSubset& side, std::ui
 GridPlan make_plan(const Search& search, const Problem& problem, Algorithm forced) {
   const std::uint64_t queries = problem.queries.count, targets = problem.targets.count;
   const std::uint64_t boxes = queries + targets;
-  if (boxes <= all_pairs_limit || forced == Algorithm::all_pairs) {
+  if (static_cast<double>(boxes) <= base::cost.brute_force_boxes ||
+      forced == Algorithm::all_pairs) {
     Stats few;
     few.query_count = queries;
     few.target_count = boxes;

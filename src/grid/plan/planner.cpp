@@ -2,21 +2,37 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+
+#include "base/cost_table.hpp"
 
 namespace throng::grid {
 namespace {
 
 constexpr float largest = std::numeric_limits<float>::max();
 
+// Numbers of columns along an axis that is not swept.
 constexpr std::uint32_t column_counts[] = {1,   2,   3,   4,   5,   6,    7,    8,    10,   12,
                                            14,  16,  20,  24,  28,  32,   40,   48,   56,   64,
                                            80,  96,  112, 128, 160, 192,  224,  256,  320,  384,
                                            448, 512, 640, 768, 896, 1024, 1536, 2048, 3072, 4096};
 
-// Column indices are 32-bit: a plan has at most 2^17 columns, sections times parts, which price()
-// and the loops over sections ensure. A position along an axis, columns * 32768 - 1 at most, fits
-// 31 bits.
+// A Candidate from its price.
+Candidate grid_candidate(const GridPrices::Price& price, std::uint32_t x, std::uint32_t columns_y,
+                         std::uint32_t columns_z) noexcept {
+  Candidate grid;
+  grid.sweep_axis = x;
+  grid.columns[x] = static_cast<std::uint32_t>(price.parts);
+  grid.columns[(x + 1) % 3] = columns_y;
+  grid.columns[(x + 2) % 3] = columns_z;
+  grid.replicas = price.replicas;
+  grid.expected_ns = price.ns;
+  return grid;
+}
+
+// Column indices are 32-bit: a plan has at most 2^17 columns, sections times parts, which
+// GridPrices ensures. A position along an axis, columns * 32768 - 1 at most, fits 31 bits.
 static_assert(std::uint64_t{base::max_columns_per_axis} * base::steps_per_column <= 0x7fffffffu);
 base::Quantizer make_map(const Stats& s, const std::uint32_t (&columns)[3]) noexcept {
   base::Quantizer map;
@@ -43,171 +59,87 @@ base::Quantizer make_map(const Stats& s, const std::uint32_t (&columns)[3]) noex
 
 }  // namespace
 
+Candidate brute_force(const Stats& s) noexcept {
+  Candidate brute;
+  brute.all_pairs = true;
+  brute.expected_ns = 0.5 * static_cast<double>(s.target_count) *
+                      static_cast<double>(s.query_count) * base::cost.brute_force_ns;
+  return brute;
+}
+
+Candidate cheapest_grid(const Stats& s, const SweepCost& sweep_cost, std::uint32_t axis,
+                        double below_ns) noexcept {
+  const GridPrices prices(s, sweep_cost, axis);
+  Candidate best;
+  best.expected_ns = std::numeric_limits<double>::max();
+  constexpr std::uint32_t numbers = std::size(column_counts);
+  std::uint32_t best_y = 0, best_z = 0;
+  const auto consider = [&](std::uint32_t y, std::uint32_t z) {
+    const std::uint32_t columns_y = column_counts[y], columns_z = column_counts[z];
+    if (!prices.allows(columns_y, columns_z)) return;
+    const GridPrices::Price price = prices(columns_y, columns_z);
+    if (price.ns >= best.expected_ns) return;
+    best = grid_candidate(price, axis, columns_y, columns_z);
+    best_y = y;
+    best_z = z;
+  };
+  // Every second number along each axis first, then those around the cheapest.
+  const auto too_dear = [&](std::uint32_t y, std::uint32_t z) {
+    return !prices.allows(column_counts[y], column_counts[z]) ||
+           prices.least_ns(column_counts[y], column_counts[z]) >=
+               std::min(best.expected_ns, below_ns);
+  };
+  for (std::uint32_t y = 0; y < numbers && !too_dear(y, 0); y += 2)
+    for (std::uint32_t z = 0; z < numbers && !too_dear(y, z); z += 2) consider(y, z);
+  if (best.expected_ns >= below_ns) return best;
+  const std::uint32_t around_y = best_y, around_z = best_z;
+  for (std::uint32_t y = around_y - (around_y != 0); y <= std::min(around_y + 1, numbers - 1); ++y)
+    for (std::uint32_t z = around_z - (around_z != 0); z <= std::min(around_z + 1, numbers - 1);
+         ++z)
+      consider(y, z);
+  return best;
+}
+
+Candidate scaled(const Candidate& grid, const Stats& s, const SweepCost& sweep_cost,
+                 double scale) noexcept {
+  const std::uint32_t x = grid.sweep_axis, y = (x + 1) % 3, z = (x + 2) % 3;
+  const GridPrices prices(s, sweep_cost, x);
+  const auto count = [&](std::uint32_t axis, int k, double by) {
+    if (!prices.may_divide(k)) return 1u;
+    return static_cast<std::uint32_t>(
+        std::clamp(std::round(grid.columns[axis] / by), 1.0, double{base::max_columns_per_axis}));
+  };
+  // Finer grids: the nearest scale within the limits, or none.
+  for (double by = scale; scale >= 1 || by < 1; by *= 1.125) {
+    const std::uint32_t columns_y = count(y, 0, by), columns_z = count(z, 1, by);
+    const GridPrices::Price price = prices(columns_y, columns_z);
+    if (scale >= 1 ||
+        (prices.allows(columns_y, columns_z) && price.replicas <= max_scaled_replicas))
+      return grid_candidate(price, x, columns_y, columns_z);
+  }
+  return grid;
+}
+
 GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
               float cell_scale) noexcept {
   GridPlan best;
-  const double n = static_cast<double>(s.target_count);
-  const double work = static_cast<double>(s.query_count);
+  Candidate& choice = best;
   if (forced == Algorithm::all_pairs ||
-      (forced == Algorithm::automatic && s.target_count <= all_pairs_limit)) {
-    best.all_pairs = true;
-    best.expected_ns = 0.5 * n * work * brute_force_ns;
+      (forced == Algorithm::automatic &&
+       static_cast<double>(s.target_count) <= base::cost.brute_force_boxes)) {
+    choice = brute_force(s);
     best.reason = forced == Algorithm::all_pairs ? "brute force was requested"
                                                  : "few boxes: brute force is fastest";
     return best;
   }
-  // Along an axis of zero range all boxes overlap: it is neither swept nor divided.
-  double length[3], extents[3], layers[3];
-  for (int k = 0; k < 3; ++k) {
-    const double range = double{s.upper[k]} - double{s.lower[k]};
-    length[k] = std::max(range, least_length);
-    extents[k] = range > 0 ? s.extent[k] : length[k];
-    layers[k] = 1 / std::max(s.layer_overlap[k], 1e-9);
+  choice.expected_ns = std::numeric_limits<double>::max();
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const Candidate grid = cheapest_grid(s, sweep_cost, axis, choice.expected_ns);
+    if (grid.expected_ns < choice.expected_ns) choice = grid;
   }
-  const double max_columns = std::clamp(n / 48, 1.0, double{1u << 17});
-  // The costs of sweeping along x that do not depend on the number of columns. `window`: the
-  // fraction of a column's boxes that begin within one of them.
-  struct AxisCosts {
-    std::uint32_t x;
-    double share_x, share_y, share_z, share_yz, window, step_parts, most_parts;
-  };
-  const auto sweep_along = [&](std::uint32_t x) {
-    const std::uint32_t y = (x + 1) % 3, z = (x + 2) % 3;
-    AxisCosts sweep;
-    sweep.x = x;
-    sweep.share_x = std::min(1.0, extents[x] / length[x]);
-    sweep.share_y = extents[y] / length[y];
-    sweep.share_z = extents[z] / length[z];
-    sweep.share_yz = s.product[x] / (length[y] * length[z]);
-    sweep.window = std::min(1.0, sweep.share_x + s.layer_overlap[x]);
-    if (s.clustered) {
-      const double slabs = std::clamp(1 / std::max(sweep.share_x, 1e-9), 1.0, 1e9);
-      const double effective_slabs = s.effective_slabs_at(x, static_cast<std::uint32_t>(slabs));
-      sweep.window = std::min(1.0, s.joint_correlation / (s.axis_correlation[x] * effective_slabs));
-    }
-    // Long columns are divided if their boxes are short enough: to stay in the cache, and to make
-    // an extent some quantization steps long, as each tie reads the floats.
-    sweep.step_parts =
-        std::ceil(extent_steps / (base::steps_per_column * std::max(sweep.share_x, 1e-9)));
-    sweep.most_parts = std::min(4096.0, std::floor(0.125 / std::max(sweep.share_x, 1e-9)) + 1);
-    return sweep;
-  };
-  // A box crosses a fraction of the cy - 1 boundaries: its extent's fraction of the range.
-  const auto replicas_of = [](const AxisCosts& sweep, std::uint32_t cy, std::uint32_t cz) {
-    const double y = cy - 1, z = cz - 1;
-    return 1 + sweep.share_y * y + sweep.share_z * z + sweep.share_yz * y * z;
-  };
-  // A lower bound of the cost of every plan with at least this many columns.
-  const double least_record_ns = record_ns + sweep_cost(0);
-  const auto least = [&](const AxisCosts& sweep, std::uint32_t cy, std::uint32_t cz) {
-    const double replicas = replicas_of(sweep, cy, cz);
-    return work * (box_ns - replica_ns + replicas * (replica_ns + least_record_ns)) +
-           empty_ns * cy * cz;
-  };
-  // Of the columns across x, the number that hold boxes, derived from the probability that two
-  // boxes share one. Without clustering, at most the number of layers per axis; boxes slightly
-  // clustered, but in all columns, have correspondingly more neighbours.
-  const auto occupied_columns = [&](const AxisCosts& sweep, std::uint32_t cy, std::uint32_t cz) {
-    if (!s.clustered) {
-      const double y = std::min(layers[(sweep.x + 1) % 3], static_cast<double>(cy));
-      const double z = std::min(layers[(sweep.x + 2) % 3], static_cast<double>(cz));
-      return y * z / s.density_ratio;
-    }
-    const double y = s.effective_slabs_at((sweep.x + 1) % 3, cy);
-    const double z = s.effective_slabs_at((sweep.x + 2) % 3, cz);
-    return std::max({y, z, y * z / s.axis_correlation[sweep.x]});
-  };
-  struct Price {
-    double parts, replicas, cost;
-  };
-  const auto price = [&](const AxisCosts& sweep, std::uint32_t cy, std::uint32_t cz) {
-    const double sections = static_cast<double>(cy) * cz;
-    const double replicas = replicas_of(sweep, cy, cz);
-    const double full = occupied_columns(sweep, cy, cz);
-    const double per_column = n * replicas / full;
-    double parts = sweep.step_parts;
-    if (per_column > cached_records) parts = std::max(parts, std::ceil(per_column / part_records));
-    if (parts > 1) {
-      parts = std::min({parts, sweep.most_parts, std::floor(max_columns / sections)});
-      parts = std::max(1.0, parts);
-    }
-    const double cut = 1 + sweep.share_x * (parts - 1);
-    const double record = record_ns + (per_column / parts > cached_records ? uncached_ns : 0) +
-                          sweep_cost(per_column * sweep.window);
-    const double cost =
-        work * (box_ns + replica_ns * (replicas * cut - 1) + replicas * cut * record) +
-        (empty_ns * sections + (column_ns - empty_ns) * full) * parts;
-    return Price{parts, replicas * cut, cost};
-  };
-  std::uint32_t best_columns[3] = {1, 1, 1};
-  best.expected_ns = std::numeric_limits<double>::max();
-  const auto take = [&](std::uint32_t x, std::uint32_t cy, std::uint32_t cz, const Price& p) {
-    best.expected_ns = p.cost;
-    best.replicas = p.replicas;
-    best.sweep_axis = x;
-    best_columns[x] = static_cast<std::uint32_t>(p.parts);
-    best_columns[(x + 1) % 3] = cy;
-    best_columns[(x + 2) % 3] = cz;
-  };
-  // Whether an axis that is not swept may have `count` columns.
-  const auto may_divide = [&](std::uint32_t axis, std::uint32_t count) {
-    return count == 1 || extents[axis] < length[axis];
-  };
-  // Every second number along each axis first, then those around the cheapest.
-  constexpr std::uint32_t numbers = sizeof column_counts / sizeof *column_counts;
-  std::uint32_t best_y = 0, best_z = 0;
-  for (std::uint32_t x = 0; x < 3; ++x) {
-    const AxisCosts sweep = sweep_along(x);
-    for (std::uint32_t y = 0; y < numbers; y += 2) {
-      const std::uint32_t cy = column_counts[y];
-      if (cy > max_columns || !may_divide((x + 1) % 3, cy)) break;
-      if (least(sweep, cy, 1) >= best.expected_ns) break;
-      for (std::uint32_t z = 0; z < numbers; z += 2) {
-        const std::uint32_t cz = column_counts[z];
-        if (static_cast<double>(cy) * cz > max_columns || !may_divide((x + 2) % 3, cz)) break;
-        if (least(sweep, cy, cz) >= best.expected_ns) break;
-        const Price p = price(sweep, cy, cz);
-        if (p.cost >= best.expected_ns) continue;
-        take(x, cy, cz, p);
-        best_y = y;
-        best_z = z;
-      }
-    }
-  }
-  const AxisCosts along_best = sweep_along(best.sweep_axis);
-  for (std::uint32_t y = best_y - (best_y != 0); y <= std::min(best_y + 1, numbers - 1); ++y) {
-    for (std::uint32_t z = best_z - (best_z != 0); z <= std::min(best_z + 1, numbers - 1); ++z) {
-      const std::uint32_t cy = column_counts[y], cz = column_counts[z];
-      if (static_cast<double>(cy) * cz > max_columns) continue;
-      if (!may_divide((best.sweep_axis + 1) % 3, cy) || !may_divide((best.sweep_axis + 2) % 3, cz))
-        continue;
-      const Price p = price(along_best, cy, cz);
-      if (p.cost < best.expected_ns) take(best.sweep_axis, cy, cz, p);
-    }
-  }
-  if (cell_scale != 1) {
-    // Finer cells respect the limits of every plan and the limit of columns per box: the result is
-    // the nearest scale to the requested one within them.
-    const std::uint32_t x = best.sweep_axis, y = (x + 1) % 3, z = (x + 2) % 3;
-    const std::uint32_t planned[2] = {best_columns[y], best_columns[z]};
-    const auto scaled = [&](std::uint32_t count, std::uint32_t axis, double scale) {
-      if (extents[axis] >= length[axis]) return 1u;
-      return static_cast<std::uint32_t>(
-          std::clamp(std::round(count / scale), 1.0, double{base::max_columns_per_axis}));
-    };
-    for (double scale = double{cell_scale};; scale *= 1.125) {
-      if (cell_scale < 1 && scale >= 1) break;  // keeps the plan
-      const std::uint32_t cy = scaled(planned[0], y, scale), cz = scaled(planned[1], z, scale);
-      const Price p = price(sweep_along(x), cy, cz);
-      const bool few =
-          static_cast<double>(cy) * cz <= max_columns && p.replicas <= most_scaled_replicas;
-      if (cell_scale < 1 && !few) continue;
-      take(x, cy, cz, p);
-      break;
-    }
-  }
+  if (cell_scale != 1) choice = scaled(choice, s, sweep_cost, double{cell_scale});
   best.clustered = s.clustered;
-  best.map = make_map(s, best_columns);
+  best.map = make_map(s, best.columns);
   best.reason = forced == Algorithm::grid ? "the grid was requested"
                 : best.map.column_count() == 1
                     ? "few or wide boxes: one column, swept along its longest axis"

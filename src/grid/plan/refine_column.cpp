@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/cost_table.hpp"
 #include "grid/bin/filter_classes.hpp"
 #include "grid/plan/non_pairing_subset.hpp"
 #include "grid/plan/plan_and_solve.hpp"
@@ -11,31 +12,10 @@
 namespace throng::grid {
 namespace {
 
-// Minimum numbers of boxes and cost per box of a finer grid, and of brute force: both gather boxes
-// from scattered memory.
-constexpr std::uint32_t min_boxes = 1024, min_boxes_brute = 128;
-constexpr double min_sweep_ns = 20;
-// Brute force must cost at most this share of the sweep.
-constexpr double max_brute_share = 0.1;
-// Cost of one tie, which the floats decide.
-constexpr double tie_ns = 10;
-// A finer grid must cost at most this share of the sweep.
-constexpr double max_grid_share = 0.6;
-// Copies multiply from level to level: boxes larger than their column stay in one. More are allowed
-// where the gain is large.
-constexpr double max_replicas = 2, max_replicas_large_gain = 4, large_gain_share = 0.25;
+using base::cost;
 
-// Boxes of which no two may pair are separated if they make up at least this share of all
-// comparisons.
-constexpr double min_forbidden_share = 0.25;
-
-// Maximum nesting depth. Filter classes use the bits of one level.
-unsigned max_grid_depth(const Search& search) {
-  constexpr unsigned with_classes = Worker::max_depth - 1;
-  static_assert(3 * Worker::max_depth < 16 && 3 * with_classes <= FilterClasses::first_bit &&
-                FilterClasses::first_bit + FilterClasses::bit_count < 16);
-  return search.filter_classes && search.filter_classes->masks_cover_some() ? with_classes
-                                                                            : Worker::max_depth;
+bool masks_have_filters(const Search& search) {
+  return search.filter_classes && search.filter_classes->masks_cover_some();
 }
 
 // Estimates the boxes of a window [begin, end) that tie with the query, from a sample.
@@ -43,21 +23,17 @@ double estimate_ties(const Strip& from, std::uint32_t query, const Strip& to, st
                      std::uint32_t end) {
   constexpr std::uint32_t max_samples = 16;
   const std::uint32_t size = end - begin, samples = std::min(size, max_samples);
+  const QuantizedBox box = from.box(query);
   std::uint32_t ties = 0;
   for (std::uint32_t k = 0; k < samples; ++k) {
-    const std::size_t target = begin + std::size_t{size} * k / samples;
-    int least = 1;
-    for (int axis = 0; axis < 3; ++axis) {
-      least = std::min({least, from.upper[axis][query] - to.lower[axis][target],
-                        to.upper[axis][target] - from.lower[axis][query]});
-    }
-    ties += least == 0;
+    const auto target = static_cast<std::uint32_t>(begin + std::size_t{size} * k / samples);
+    ties += box.least_difference(to.box(target)) == 0;
   }
   return samples == 0 ? 0 : static_cast<double>(size) * ties / samples;
 }
 
 // Estimates the cost of sweeping the targets for one query, from a sample of queries.
-double estimate_sweep_ns(const SweepCost& cost, const Strip& from, const Strip& to) {
+double estimate_sweep_ns(const SweepCost& sweep_cost, const Strip& from, const Strip& to) {
   if (from.count == 0 || to.count == 0) return 0;
   constexpr std::uint32_t samples = 32;
   const std::uint32_t step = std::max(1u, from.count / samples);
@@ -71,7 +47,7 @@ double estimate_sweep_ns(const SweepCost& cost, const Strip& from, const Strip& 
     if (from.upper[0][i] == from.lower[0][i]) ties += estimate_ties(from, i, to, begin, end);
     ++count;
   }
-  return cost(windows / count) + tie_ns * ties / count;
+  return sweep_cost(windows / count) + cost.tie_ns * ties / count;
 }
 
 // Labels a strip's boxes from `first` on, for the inner search. `target_id_offset`: see Problem.
@@ -83,17 +59,13 @@ void label(const Strip& strip, std::uint32_t target_id_offset, std::uint32_t fir
   }
 }
 
-// Passes on on which axes a strip's boxes start in an earlier column: three bits per level; an
-// inner level adds its own as the lowest. The bits of filter classes are set again there.
-void pass_reject_bits(const Search& search, const Strip& strip, std::uint32_t first,
-                      unsigned inner_bits, RecursionScratch& inner) {
-  constexpr int all = (1 << 3 * Worker::max_depth) - 1,
-                with_classes = (1 << FilterClasses::first_bit) - 1;
-  const int of_grids =
-      search.filter_classes && search.filter_classes->masks_cover_some() ? with_classes : all;
+// Passes on the masks of a strip's boxes: to a grid inside the column, or to brute force.
+void pass_masks(const Search& search, const Strip& strip, std::uint32_t first, bool to_grid,
+                RecursionScratch& inner) {
+  const bool has_filters = masks_have_filters(search);
   for (std::uint32_t i = 0; i < strip.count; ++i) {
-    const int outer_bits = (strip.target_reject_bits[i] & of_grids) << inner_bits;
-    inner.reject_bits[first + i] = static_cast<std::uint16_t>(outer_bits);
+    const RejectMask mask = strip.target_mask[i];
+    inner.masks[first + i] = to_grid ? mask.nested(has_filters) : mask.axes_only(has_filters);
   }
 }
 
@@ -108,7 +80,7 @@ std::uint32_t move_forbidden_last(RecursionScratch& inner, std::uint32_t first, 
     }
     --end;
     std::swap(inner.ids[at], inner.ids[end]);
-    std::swap(inner.reject_bits[at], inner.reject_bits[end]);
+    std::swap(inner.masks[at], inner.masks[end]);
   }
   return at - first;
 }
@@ -122,7 +94,7 @@ bool solve_without_forbidden(Search& search, const Problem& part, Worker& worker
   const auto comparisons = [&](double a, double b) { return (part.self ? a * a / 2 : 0) + a * b; };
   const double separated = comparisons(static_cast<double>(forbidden.count(false)),
                                        static_cast<double>(forbidden.count(true)));
-  if (separated < min_forbidden_share * comparisons(of_a, of_b)) return false;
+  if (separated < cost.forbidden_share * comparisons(of_a, of_b)) return false;
   RecursionScratch& inner = worker.scratch(depth + 1);
   const std::uint32_t a = move_forbidden_last(inner, 0, of_a, forbidden, false);
   const std::uint32_t b = move_forbidden_last(inner, of_a, of_b, forbidden, true);
@@ -152,56 +124,58 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
             unsigned depth) {
   // Two sides may have more boxes than 32-bit labels: then they are swept.
   const std::size_t boxes = std::size_t{a.count} + b.count;
-  if (boxes < min_boxes_brute || boxes > max_box_count) return false;
-  const SweepCost& cost = search.kernels->sweep_cost;
+  const auto all = static_cast<double>(boxes);
+  if (all < cost.refine_boxes || boxes > max_box_count) return false;
+  const SweepCost& sweep_cost = search.kernels->sweep_cost;
   double sweep_ns = 0;
-  if (problem.self) sweep_ns += a.count * estimate_sweep_ns(cost, a, a);
-  sweep_ns += a.count * estimate_sweep_ns(cost, a, b) + b.count * estimate_sweep_ns(cost, b, a);
-  if (sweep_ns < static_cast<double>(boxes) * min_sweep_ns) return false;
+  if (problem.self) sweep_ns += a.count * estimate_sweep_ns(sweep_cost, a, a);
+  sweep_ns +=
+      a.count * estimate_sweep_ns(sweep_cost, a, b) + b.count * estimate_sweep_ns(sweep_cost, b, a);
+  if (sweep_ns < all * cost.refine_sweep_ns) return false;
   // If coordinates are mostly ties, a finer grid separates them, or nothing does.
-  const bool refine_possible = boxes >= min_boxes && depth + 1 < max_grid_depth(search);
+  const unsigned max_levels =
+      masks_have_filters(search) ? RejectMask::max_levels_with_filters : RejectMask::max_levels;
+  const bool grid_possible = depth + 1 < max_levels;
   const double of_a = a.count, of_b = b.count;
   const double comparisons = (problem.self ? 0.5 * of_a * of_a : 0) + of_a * of_b;
-  const double brute = comparisons * std::max(brute_force_ns, 2 * cost.long_box_ns);
-  const bool brute_possible = brute < max_brute_share * sweep_ns;
-  if (!refine_possible && !brute_possible) return false;
+  const double comparison_ns = std::max(cost.brute_force_ns, 2 * sweep_cost.long_box_ns);
+  const bool brute_pays = comparisons * comparison_ns < cost.refine_share * sweep_ns;
+  if (!grid_possible && !brute_pays) return false;
 
   RecursionScratch& inner = worker.scratch(depth + 1);
   inner.ids.ensure(boxes);
   inner.labels.ensure(boxes);
-  inner.reject_bits.ensure(boxes);
+  inner.masks.ensure(boxes);
   label(a, 0, 0, inner);
   label(b, problem.target_id_offset, a.count, inner);
-  const auto pass_all_reject_bits = [&](unsigned inner_bits) {
-    pass_reject_bits(search, a, 0, inner_bits, inner);
-    pass_reject_bits(search, b, a.count, inner_bits, inner);
+  const auto pass_all_masks = [&](bool to_grid) {
+    pass_masks(search, a, 0, to_grid, inner);
+    pass_masks(search, b, a.count, to_grid, inner);
   };
-  const ParentCell parent{inner.ids.data(), inner.reject_bits.data()};
+  const ParentCell parent{inner.ids.data(), inner.masks.data()};
   const auto side = [&](const Boxes* view, std::uint32_t first, std::uint32_t count) {
     return BoxSubset{view, inner.ids.data() + first, count, inner.labels.data() + first};
   };
   const Problem part{side(problem.queries.boxes, 0, a.count),
                      side(problem.targets.boxes, a.count, b.count), problem.self, &parent};
-  GridPlan finer;
-  if (refine_possible) finer = make_plan(search, part, Algorithm::grid);
-  bool separated = false;
-  const bool large_gain = finer.expected_ns < large_gain_share * sweep_ns;
-  if (!refine_possible || finer.map.column_count() <= 1 ||
-      finer.expected_ns > max_grid_share * sweep_ns ||
-      finer.replicas > (large_gain ? max_replicas_large_gain : max_replicas)) {
-    if (refine_possible) {
-      pass_all_reject_bits(3);
-      separated = solve_without_forbidden(search, part, worker, depth);
+  if (grid_possible) {
+    pass_all_masks(true);
+    const GridPlan finer = make_plan(search, part, Algorithm::grid);
+    // Copies multiply from level to level: boxes larger than their column stay in one.
+    const bool grid_pays = finer.map.column_count() > 1 &&
+                           finer.expected_ns <= cost.refine_share * sweep_ns &&
+                           finer.replicas <= cost.refine_replicas;
+    if (grid_pays) solve_on_one_worker(search, part, finer, worker, depth + 1);
+    if (grid_pays || solve_without_forbidden(search, part, worker, depth)) {
+      worker.use_sweep();
+      return true;
     }
-    if (!separated && !brute_possible) return false;
-    if (!separated) {
-      finer.all_pairs = true;
-      pass_all_reject_bits(0);
-    }
-  } else {
-    pass_all_reject_bits(3);
   }
-  if (!separated) solve_on_one_worker(search, part, finer, worker, depth + 1);
+  if (!brute_pays) return false;
+  pass_all_masks(false);
+  GridPlan brute;
+  brute.all_pairs = true;
+  solve_on_one_worker(search, part, brute, worker, depth + 1);
   worker.use_sweep();
   return true;
 }

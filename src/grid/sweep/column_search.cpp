@@ -34,7 +34,7 @@ constexpr std::uint32_t max_skipped = 31;         // columns skipped after failu
 
 // Follows the last record; of maximal extent on each axis.
 constexpr Record no_record{
-    {0, 0, 0}, {base::max_quantized, base::max_quantized, base::max_quantized}, 0};
+    {{0, 0, 0}, {base::max_quantized, base::max_quantized, base::max_quantized}}, 0};
 
 // The mean window length, from samples: for boxes in a row, the distance from the first box to the
 // end of the last window.
@@ -43,7 +43,7 @@ double mean_window(const Strip& strip) {
   const std::uint32_t step = std::max(in_a_row, strip.count / samples);
   double sum = 0, count = 0;
   for (std::uint32_t i = 0; i < strip.count; i += step, ++count) {
-    const std::int16_t* const upper = strip.upper[0] + i;
+    const std::int16_t* const upper = strip.upper[0].data() + i;
     const std::int16_t most = *std::max_element(upper, upper + std::min(in_a_row, strip.count - i));
     sum += strip.bucket_end[std::min(strip.bucket_of(most), strip.bucket_count - 1)] - i;
   }
@@ -198,17 +198,16 @@ void ColumnSearch::arrange(Part& part) {
   std::uint32_t sum = 0;
   for (std::uint32_t k = 0; k < bucket_count; ++k) sum += std::exchange(start[k], sum);
   start[bucket_count] = sum;
-  const Record** const order = part.storage.order.ensure(strip.count + record_padding);
+  strip.record = {part.storage.order, strip.count};
   const std::uint32_t* rank = part.storage.ranks.data();
   for (const ColumnBoxes& raw : part.raw) {
     for (const Segment& segment : segments(raw)) {
       each_record(segment, [&](const Record& record) {
-        order[start[(record.lower[axis] >> shift) - first_bucket] + *rank++] = &record;
+        strip.record[start[(record.lower[axis] >> shift) - first_bucket] + *rank++] = &record;
       });
     }
   }
   strip.bucket_end = start + 1;
-  strip.record = order;
   strip.axis = axis;
   fill(strip, part.side, part.storage);
 }
@@ -239,15 +238,13 @@ void ColumnSearch::sort(std::span<Part> parts) {
 void ColumnSearch::fill(Strip& strip, unsigned side, StripStorage& storage) const {
   const FilterClasses* const filter_classes = classes_in_masks();
   storage.assign_storage(strip, filter_classes != nullptr);
-  std::fill_n(storage.order.data() + strip.count, record_padding, &no_record);
+  std::fill_n(strip.record.data() + strip.count, Strip::record_padding, &no_record);
   search_.kernels->transpose(strip);
-  strip.has_overrides = problem_.parent || filter_classes || mixed_;
   if (problem_.parent) {
     for (std::uint32_t i = 0; i < strip.count; ++i) {
       const std::uint32_t label = strip.id[i];
       strip.id[i] = problem_.parent->ids[label];
-      strip.target_reject_bits[i] = static_cast<std::int16_t>(strip.target_reject_bits[i] |
-                                                              problem_.parent->reject_bits[label]);
+      strip.target_mask[i] = strip.target_mask[i] | problem_.parent->masks[label];
     }
   }
   const Strip s = strip;  // a local copy: the compiler must assume that the stores may change the
@@ -255,18 +252,17 @@ void ColumnSearch::fill(Strip& strip, unsigned side, StripStorage& storage) cons
   const std::uint32_t base = problem_.target_id_offset;
   if (mixed_) {
     for (std::uint32_t i = 0; i < s.count; ++i)
-      s.target_reject_bits[i] = static_cast<std::int16_t>(s.target_reject_bits[i] |
-                                                          (s.id[i] < base ? 1 : 2) << subset_bit);
+      s.target_mask[i] = s.target_mask[i] | RejectMask::of_set(s.id[i] >= base);
   }
   if (!filter_classes) return;
-  const std::uint16_t* const as_query = filter_classes->as_query();
-  const std::uint16_t* const as_target = filter_classes->as_target();
+  const RejectMask* const as_query = filter_classes->as_query();
+  const RejectMask* const as_target = filter_classes->as_target();
   const auto add_class_bits = [&](auto class_of_id) {
     for (std::uint32_t i = 0; i < s.count; ++i) {
-      const std::uint32_t k = class_of_id(s.id[i]),
-                          target_reject_bits = static_cast<std::uint16_t>(s.target_reject_bits[i]);
-      s.query_reject_bits[i] = static_cast<std::int16_t>(target_reject_bits | as_query[k]);
-      s.target_reject_bits[i] = static_cast<std::int16_t>(target_reject_bits | as_target[k]);
+      const std::uint32_t k = class_of_id(s.id[i]);
+      const RejectMask mask = s.target_mask[i];
+      s.query_mask[i] = mask | as_query[k];
+      s.target_mask[i] = mask | as_target[k];
     }
   };
   if (base != 0) {
@@ -301,7 +297,7 @@ void ColumnSearch::sweep(SweepArgs args) {
 // and of two in one bucket the query of the first call.
 void ColumnSearch::sweep_against(const Strip& from, const Strip& to, bool skip_own_bucket,
                                  Orientation orientation) {
-  std::uint32_t* starts = scratch_.starts.ensure(from.count + strip_padding);
+  std::uint32_t* starts = scratch_.starts.ensure(from.count + Strip::padding);
   for (std::uint32_t i = 0; i < from.count; ++i) {
     const std::uint32_t bucket = from.bucket_of(from.lower[0][i]) + (skip_own_bucket ? 1 : 0);
     starts[i] = bucket == 0 ? 0 : to.bucket_end[bucket - 1];
@@ -321,8 +317,8 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
                               static_cast<std::int32_t>(here / map.stride[1] % map.columns[1]),
                               static_cast<std::int32_t>(here % map.columns[2])};
   Record* clipped = scratch_.clipped.ensure(wide_count);
-  const Record** order = scratch_.wide_strip.order.ensure(wide_count + record_padding);
   Strip strip;
+  strip.record = {scratch_.wide_strip.order, wide_count};
   for (std::uint32_t i = 0; i < wide_count; ++i) {
     const WideBox& s = grid_.wide_[side][i];
     bool touches = s.column_offset == place || s.column_offset == needs_slow_path;
@@ -331,7 +327,7 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
     }
     if (!touches) continue;
     Record& r = clipped[strip.count];
-    order[strip.count++] = &r;
+    strip.record[strip.count++] = &r;
     for (int k = 0; k < 3; ++k) {
       r.lower[k] = base::quantized_lower(s.lower[k], at[k]);
       r.upper[k] = base::quantized_upper(s.upper[k], at[k]);
@@ -339,10 +335,9 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
     r.id = s.id;
   }
   if (strip.count == 0) return;
-  strip.record = order;
   strip.axis = plan_.sweep_axis;
   fill(strip, side, scratch_.wide_strip);
-  std::uint32_t* starts = scratch_.starts.ensure(strip.count + strip_padding);
+  std::uint32_t* starts = scratch_.starts.ensure(strip.count + Strip::padding);
   std::memset(starts, 0, strip.count * sizeof *starts);
   sweep({&strip, &targets, starts, orientation});
 }
@@ -390,7 +385,7 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
     // The method for a column depends on earlier columns: reserve space for either.
     for (StripStorage* space : {&scratch_.query_strip, &scratch_.target_strip})
       space->reserve(static_cast<std::uint32_t>(both), classes_in_masks() != nullptr);
-    scratch_.starts.ensure(both + strip_padding);
+    scratch_.starts.ensure(both + Strip::padding);
     if (sweep_mixed(column, sides)) return;
   }
   for (unsigned few = 0; few < 2 && !problem_.self; ++few) {

@@ -14,12 +14,7 @@ namespace throng::grid {
 // Counts of a column fit 32 bits: each box of a subset is in a column at most once, so there are at
 // most max_box_count records, and padding indices fit, too. Both subsets together may exceed 32
 // bits: the sum is only formed if labels are offset.
-static_assert(max_box_count + strip_padding + 63 <= 0xffffffffu);
-
-// The bits that mark the set of a box in a mixed strip: above those of the column, as no nested
-// grid is used.
-constexpr unsigned subset_bit = 3;
-static_assert(subset_bit + 2 <= FilterClasses::first_bit);
+static_assert(max_box_count + Strip::padding + 63 <= 0xffffffffu);
 
 // One worker's search through columns.
 class ColumnSearch {

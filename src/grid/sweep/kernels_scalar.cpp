@@ -8,7 +8,7 @@ namespace throng::grid {
 namespace {
 
 void bin(const base::Quantizer& map, const char* boxes, std::size_t stride,
-         const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, BinTarget& out) {
+         const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, RecordOutput& out) {
   out.deferred_count = 0;
   for (std::uint32_t i = 0; i < count; ++i, boxes += stride) {
     float box[6];
@@ -50,44 +50,37 @@ void quantized_range(const Record* records, std::uint32_t count, std::uint32_t a
 }
 
 void transpose(Strip& strip) {
-  const Record* const* sorted = strip.record;
+  const Record* const* sorted = strip.record.data();
   const std::uint32_t axes[3] = {strip.axis, (strip.axis + 1) % 3, (strip.axis + 2) % 3};
   for (std::uint32_t i = 0; i < strip.count; ++i) {
-    int target_reject_bits = 0;
     for (int k = 0; k < 3; ++k) {
       strip.lower[k][i] = static_cast<std::int16_t>(sorted[i]->lower[axes[k]]);
       strip.upper[k][i] = static_cast<std::int16_t>(sorted[i]->upper[axes[k]]);
-      if (sorted[i]->lower[k] == 0) target_reject_bits |= 1 << k;
     }
-    strip.target_reject_bits[i] = static_cast<std::int16_t>(target_reject_bits);
+    strip.target_mask[i] = OwnerRule::mask(*sorted[i]);
     strip.id[i] = sorted[i]->id;
   }
 }
 
-void sweep(const SweepArgs& args, Emit& out) {
+void sweep(const SweepArgs& args, PairOutput& out) {
   const Strip& q = *args.queries;
   const Strip& t = *args.targets;
-  const int bucket_start = -(1 << t.shift);
   std::uint64_t comparisons = 0;
   const std::uint32_t last = std::min(args.end, q.count);
   for (std::uint32_t i = args.begin; i < last; ++i) {
     const std::uint32_t first = args.start ? args.start[i] : i + 1;
+    const QuantizedBox query = q.box(i);
     std::uint32_t j = first;
-    for (; j < t.count && (t.lower[0][j] & bucket_start) <= q.upper[0][i]; ++j) {
-      bool overlap = (q.query_reject_bits[i] & t.target_reject_bits[j]) == 0, tie = false;
-      for (int k = 0; k < 3; ++k) {
-        const int ql = q.lower[k][i], qu = q.upper[k][i], tl = t.lower[k][j], tu = t.upper[k][j];
-        overlap &= (tl <= qu) & (ql <= tu);
-        tie |= (tl == qu) | (ql == tu);
-      }
-      if (!overlap) continue;
+    for (; j < t.count && t.bucket_start(j) <= q.upper[0][i]; ++j) {
+      const int least = query.least_difference(t.box(j));
+      if (least < 0 || q.query_mask[i].rejects(t.target_mask[j])) continue;
       const Pair pair = make_pair(args.orientation, q.id[i], t.id[j], out.target_id_offset);
-      if (tie) {
+      if (least == 0) {
         *out.tie_cursor++ = pair;
-        if (out.tie_cursor > out.tie_limit) out.flush_ties(&out);
+        if (out.tie_cursor > out.tie_limit) out.flush_ties();
       } else {
         *out.cursor++ = pair;
-        if (out.cursor > out.limit) out.flush(&out);
+        if (out.cursor > out.limit) out.flush();
       }
     }
     comparisons += j - first;
@@ -120,7 +113,7 @@ void read_worlds(const std::int32_t* worlds, std::uint32_t count, WorldRange& ra
     range.add({static_cast<std::uint32_t>(worlds[i]), worlds[i], worlds[i] == -1 ? 1u : 0u});
 }
 
-void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation, Emit& out) {
+void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation, PairOutput& out) {
   for (std::uint32_t i = 0; i < q.count; ++i) {
     const std::uint32_t first = same ? i + 1 : 0;
     for (std::uint32_t j = first; j < t.count; ++j) {
@@ -130,7 +123,7 @@ void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation,
       }
       if (!overlap) continue;
       *out.cursor++ = make_pair(orientation, q.id[i], t.id[j]);
-      if (out.cursor > out.limit) out.flush(&out);
+      if (out.cursor > out.limit) out.flush();
     }
     if (t.count > first) out.comparisons += t.count - first;
   }
@@ -139,7 +132,7 @@ void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation,
 }  // namespace
 
 const Kernels scalar_kernels{
-    Isa::scalar,          {1, 1, 2, 1, 2}, bin,       quantized_range, transpose, sweep,
-    match_filter_classes, read_worlds,     all_pairs, nullptr,         nullptr};
+    Isa::scalar,          {1, 2, 1, 2}, bin,       quantized_range, transpose, sweep,
+    match_filter_classes, read_worlds,  all_pairs, nullptr,         nullptr};
 
 }  // namespace throng::grid

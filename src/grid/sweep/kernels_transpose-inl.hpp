@@ -70,7 +70,7 @@ inline void transpose(Strip& strip) {
   const auto words = [](std::int16_t* array) { return reinterpret_cast<std::uint16_t*>(array); };
   V shortest = hn::Set(d, base::max_quantized);
   for (std::uint32_t i = 0; i < strip.count; i += lanes) {
-    const Record* const* r = strip.record + i;
+    const Record* const* r = strip.record.data() + i;
     const auto v = [&](std::uint32_t k) HWY_ATTR { return load_records<8>(d, r + k); };
     const auto v0 = v(0), v1 = v(1), v2 = v(2), v3 = v(3), v4 = v(4), v5 = v(5), v6 = v(6),
                v7 = v(7);
@@ -88,30 +88,29 @@ inline void transpose(Strip& strip) {
                         hn::InterleaveLower(d, b2, b3)};
     const V upper[3] = {hn::InterleaveUpper(d, b2, b3), hn::InterleaveLower(d, b4, b5),
                         hn::InterleaveUpper(d, b4, b5)};
-    V target_reject_bits = hn::Zero(d);
+    V mask = hn::Zero(d);
     for (int k = 0; k < 3; ++k) {
       const V bit = hn::Set(d, static_cast<std::uint16_t>(1 << k));
-      target_reject_bits =
-          hn::Or(target_reject_bits, hn::IfThenElseZero(hn::Eq(lower[k], hn::Zero(d)), bit));
-      hn::StoreU(lower[axes[k]], d, words(strip.lower[k] + i));
-      hn::StoreU(upper[axes[k]], d, words(strip.upper[k] + i));
+      mask = hn::Or(mask, hn::IfThenElseZero(hn::Eq(lower[k], hn::Zero(d)), bit));
+      hn::StoreU(lower[axes[k]], d, words(strip.lower[k].data() + i));
+      hn::StoreU(upper[axes[k]], d, words(strip.upper[k].data() + i));
     }
-    hn::StoreU(target_reject_bits, d, words(strip.target_reject_bits + i));
+    hn::StoreU(mask, d, reinterpret_cast<std::uint16_t*>(strip.target_mask.data() + i));
     hn::StoreInterleaved2(hn::InterleaveLower(d, b6, b7), hn::InterleaveUpper(d, b6, b7), d,
-                          reinterpret_cast<std::uint16_t*>(strip.id + i));
+                          reinterpret_cast<std::uint16_t*>(strip.id.data() + i));
     shortest = hn::Min(shortest, hn::Sub(upper[axes[0]], lower[axes[0]]));
   }
   std::uint16_t lengths[lanes];
   hn::StoreU(shortest, d, lengths);
   strip.long_boxes = *std::min_element(lengths, lengths + lanes) >> strip.shift != 0;
-  static_assert(strip_padding % lanes == 0);
+  static_assert(Strip::padding % lanes == 0);
   const V top = hn::Set(d, base::max_quantized), none = hn::Set(d, 0xffff);
-  for (std::uint32_t i = strip.count; i < strip.count + strip_padding; i += lanes) {
+  for (std::uint32_t i = strip.count; i < strip.count + Strip::padding; i += lanes) {
     for (int k = 0; k < 3; ++k) {
-      hn::StoreU(top, d, words(strip.lower[k] + i));
-      hn::StoreU(none, d, words(strip.upper[k] + i));
+      hn::StoreU(top, d, words(strip.lower[k].data() + i));
+      hn::StoreU(none, d, words(strip.upper[k].data() + i));
     }
-    hn::StoreU(hn::Zero(d), d, words(strip.target_reject_bits + i));
+    hn::StoreU(hn::Zero(d), d, reinterpret_cast<std::uint16_t*>(strip.target_mask.data() + i));
   }
 }
 

@@ -1,4 +1,4 @@
-// The output interface of kernels: cursors for the pairs that they find.
+// Where kernels write the pairs that they find.
 #pragma once
 
 #include <algorithm>
@@ -9,23 +9,32 @@
 
 namespace throng::grid {
 
-// A kernel may write up to `emit_slack` pairs beyond a cursor before it checks the limit again.
-constexpr std::size_t emit_slack = 64;
-
 // How the ids of a query and a target form a pair. `unordered`: the lesser is first;
-// Emit::target_id_offset, the offset of the second set's ids, is subtracted from the other.
+// PairOutput::target_id_offset, the offset of the second set's ids, is subtracted from the other.
 enum class Orientation : std::uint8_t { unordered, query_first, target_first };
 
-struct Emit {
-  Pair* cursor = nullptr;      // confirmed pairs
-  Pair* limit = nullptr;       // cursor > limit: call flush
-  Pair* tie_cursor = nullptr;  // quantization ties: the floats decide
+// Two cursors: confirmed pairs, and quantization ties, which the floats decide. A kernel writes at
+// a cursor, then checks it against its limit.
+class PairOutput {
+ public:
+  // A kernel may write so many pairs beyond a cursor before it checks the limit.
+  static constexpr std::size_t slack = 64;
+
+  Pair* cursor = nullptr;
+  Pair* limit = nullptr;
+  Pair* tie_cursor = nullptr;
   Pair* tie_limit = nullptr;
-  void (*flush)(Emit*) = nullptr;
-  void (*flush_ties)(Emit*) = nullptr;
+  // Called once a cursor is beyond its limit; they make room and set both.
+  virtual void flush() = 0;
+  virtual void flush_ties() = 0;
+
   std::uint32_t target_id_offset = 0;
   std::uint64_t comparisons = 0;
   std::uint64_t visited = 0;  // see Result
+
+ protected:
+  PairOutput() = default;
+  ~PairOutput() = default;
 };
 
 inline Pair make_pair(Orientation orientation, std::uint32_t query, std::uint32_t target,
