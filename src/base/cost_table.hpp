@@ -9,28 +9,29 @@ namespace throng::base {
 // matter.
 struct CostTable {
   // The grid's planner (grid/plan/planner.cpp).
-  double box_ns = 3;              // per box binned
-  double replica_ns = 5;          // per further column of a box
-  double record_ns = 6;           // per record sorted in a column
-  double column_ns = 150;         // per column that has boxes
-  double empty_ns = 15;           // per column that has none
-  double brute_force_ns = 0.25;   // per comparison of brute force
+  double box_ns = 3;               // per box binned
+  double replica_ns = 5;           // per further column of a box
+  double record_ns = 6;            // per record sorted in a column
+  double column_ns = 150;          // per column that has boxes
+  double empty_ns = 15;            // per column that has none
+  double brute_force_ns = 0.25;    // per comparison of brute force
   double brute_force_boxes = 112;  // up to so many, brute force is faster than any grid
-  double extent_steps = 32;  // a column is divided until extents are about so many quantization steps
+  double extent_steps =
+      32;  // a column is divided until extents are about so many quantization steps
 
   // A finer grid for one column, or brute force (grid/plan/refine_column.cpp).
-  double refine_boxes = 512;   // least number of boxes
-  double refine_sweep_ns = 20; // least expected time of the sweep, per box
-  double refine_share = 0.6;   // largest share of the sweep's time
-  double refine_replicas = 2;  // largest number of columns per box
-  double tie_ns = 10;          // per tie, which the floats decide
+  double refine_boxes = 512;      // least number of boxes
+  double refine_sweep_ns = 20;    // least expected time of the sweep, per box
+  double refine_share = 0.6;      // largest share of the sweep's time
+  double refine_replicas = 2;     // largest number of columns per box
+  double tie_ns = 10;             // per tie, which the floats decide
   double forbidden_share = 0.25;  // least share of comparisons that filters forbid, to avoid these
 
   // Filters (grid/plan/filter_planning.cpp).
-  double world_distance = 0.25;   // worlds are in one place if boxes of one world are at least so
-                                  // far apart, relative to any two boxes
-  double worlds_together_ns = 25; // per box: worlds are searched together if that is expected
-  double separation_ns = 25;      // per box, to search static boxes separately
+  double world_distance = 0.25;    // worlds are in one place if boxes of one world are at least so
+                                   // far apart, relative to any two boxes
+  double worlds_together_ns = 25;  // per box: worlds are searched together if that is expected
+  double separation_ns = 25;       // per box, to search static boxes separately
 };
 
 #if defined(THRONG_TUNE_COSTS)

@@ -12,8 +12,8 @@
 
 namespace throng::grid {
 
-// The cost of comparing a box with a window of `window` boxes, in the ns of base/cost_table.hpp: the
-// cheaper of two sweeps, one with a cheap start, one with cheap comparisons.
+// The cost of comparing a box with a window of `window` boxes, in the ns of base/cost_table.hpp:
+// the cheaper of two sweeps, one with a cheap start, one with cheap comparisons.
 struct SweepCost {
   double start_ns, box_ns;
   double long_start_ns, long_box_ns;
@@ -72,7 +72,7 @@ class GridPrices {
 };
 
 inline GridPrices::GridPrices(const Stats& s, const SweepCost& sweep_cost,
-                       std::uint32_t sweep_axis) noexcept
+                              std::uint32_t sweep_axis) noexcept
     : stats_(s),
       sweep_cost_(sweep_cost),
       axes_{sweep_axis, (sweep_axis + 1) % 3, (sweep_axis + 2) % 3},
@@ -101,12 +101,14 @@ inline GridPrices::GridPrices(const Stats& s, const SweepCost& sweep_cost,
 }
 
 // A box crosses a fraction of the boundaries between columns: its extent's fraction of the range.
-inline double GridPrices::replicas(std::uint32_t columns_y, std::uint32_t columns_z) const noexcept {
+inline double GridPrices::replicas(std::uint32_t columns_y,
+                                   std::uint32_t columns_z) const noexcept {
   const double y = columns_y - 1, z = columns_z - 1;
   return 1 + share_y_ * y + share_z_ * z + share_yz_ * y * z;
 }
 
-inline double GridPrices::least_ns(std::uint32_t columns_y, std::uint32_t columns_z) const noexcept {
+inline double GridPrices::least_ns(std::uint32_t columns_y,
+                                   std::uint32_t columns_z) const noexcept {
   const double record_ns = base::cost.record_ns + sweep_cost_(0);
   return queries_ * (base::cost.box_ns - base::cost.replica_ns +
                      replicas(columns_y, columns_z) * (base::cost.replica_ns + record_ns)) +
@@ -117,7 +119,7 @@ inline double GridPrices::least_ns(std::uint32_t columns_y, std::uint32_t column
 // that two boxes share one. Without clustering, at most the number of layers per axis; boxes
 // slightly clustered, but in all columns, have correspondingly more neighbours.
 inline double GridPrices::occupied_columns(std::uint32_t columns_y,
-                                    std::uint32_t columns_z) const noexcept {
+                                           std::uint32_t columns_z) const noexcept {
   if (!stats_.clustered) {
     const double y = std::min(layers_[0], static_cast<double>(columns_y));
     const double z = std::min(layers_[1], static_cast<double>(columns_z));
@@ -129,7 +131,7 @@ inline double GridPrices::occupied_columns(std::uint32_t columns_y,
 }
 
 inline GridPrices::Price GridPrices::operator()(std::uint32_t columns_y,
-                                         std::uint32_t columns_z) const noexcept {
+                                                std::uint32_t columns_z) const noexcept {
   const double sections = static_cast<double>(columns_y) * columns_z;
   const double most_parts = std::min(max_parts_, std::floor(max_columns_ / sections));
   const double parts = std::max(1.0, std::min(wanted_parts_, most_parts));
@@ -139,7 +141,8 @@ inline GridPrices::Price GridPrices::operator()(std::uint32_t columns_y,
   const double record_ns = base::cost.record_ns + sweep_cost_(boxes_ * across / occupied * window_);
   const double ns =
       queries_ * (base::cost.box_ns + base::cost.replica_ns * (total - 1) + total * record_ns) +
-      (base::cost.empty_ns * sections + (base::cost.column_ns - base::cost.empty_ns) * occupied) * parts;
+      (base::cost.empty_ns * sections + (base::cost.column_ns - base::cost.empty_ns) * occupied) *
+          parts;
   return {ns, total, parts};
 }
 

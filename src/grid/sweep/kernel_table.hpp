@@ -103,6 +103,10 @@ struct Kernels {
   void (*sort_runs)(const KeyRuns&, Pair* to);
 };
 
+// All instruction sets; on one processor, the later, the wider.
+inline constexpr Isa all_isas[] = {Isa::scalar, Isa::sse4, Isa::avx2,
+                                   Isa::avx512, Isa::neon, Isa::wasm};
+
 // The table of an instruction set; null if this build or processor lacks it. automatic: the one
 // that THRONG_ISA names, else the widest.
 const Kernels* find_kernels(Isa) noexcept;

@@ -19,6 +19,9 @@ class RejectMask {
   static constexpr unsigned bits_per_level = 3, set_bit = 3, filter_bit = 9, filter_bits = 6;
   // Grids inside each other: each has the bits of all that enclose it.
   static constexpr unsigned max_levels = 4, max_levels_with_filters = 3;
+  static_assert(max_levels * bits_per_level < 16 && set_bit + 2 <= filter_bit);
+  static_assert(max_levels_with_filters * bits_per_level <= filter_bit);
+  static_assert(filter_bit + filter_bits < 16);
 
   constexpr RejectMask() = default;
   static constexpr RejectMask from_bits(std::uint32_t bits) noexcept {

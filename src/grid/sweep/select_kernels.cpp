@@ -32,10 +32,10 @@ namespace throng::grid {
 namespace {
 
 const Kernels* widest() noexcept {
-  for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse4, Isa::neon, Isa::wasm}) {
-    if (const Kernels* k = simd_kernels(isa)) return k;
-  }
-  return &scalar_kernels;
+  const Kernels* widest = &scalar_kernels;
+  for (const Isa isa : all_isas)
+    if (const Kernels* k = simd_kernels(isa)) widest = k;
+  return widest;
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ const Kernels* find_kernels(Isa isa) noexcept {
   if (isa != Isa::automatic) return simd_kernels(isa);
   const char* name = std::getenv("THRONG_ISA");
   if (!name || !*name || std::strcmp(name, "auto") == 0) return widest();
-  for (const Isa known : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon, Isa::wasm}) {
+  for (const Isa known : all_isas) {
     if (std::strcmp(name, to_string(known)) == 0) return find_kernels(known);
   }
   return nullptr;
