@@ -108,6 +108,19 @@ void bind_explanation(nb::module_& m) {
       .def_ro("below", &CellClass::below, "upper limit (exclusive)")
       .def_ro("cells", &CellClass::cells, "how many")
       .def_ro("boxes", &CellClass::boxes, "number of boxes in all of them");
+  using Candidate = Explanation::Candidate;
+  nb::class_<Candidate>(m, "Candidate", "A way to search that the planner compared.")
+      .def_prop_ro(
+          "algorithm", [](const Candidate& c) { return throng::to_string(c.algorithm); },
+          "'all_pairs' or 'grid'")
+      .def_ro("sweep_axis", &Candidate::sweep_axis, "0, 1 or 2")
+      .def_prop_ro(
+          "columns",
+          [](const Candidate& c) {
+            return nb::make_tuple(c.columns[0], c.columns[1], c.columns[2]);
+          },
+          "of the grid, along x, y, z")
+      .def_ro("expected_ns", &Candidate::expected_ns, "expected time on one thread, ns");
   nb::class_<Explanation>(m, "Explanation", "Why a search costs what it does.")
       .def_ro("result", &Explanation::result, "of the explained search")
       .def_ro("boxes", &Explanation::boxes, "of both sets, inactive ones included")
@@ -140,6 +153,10 @@ void bind_explanation(nb::module_& m) {
       .def_prop_ro(
           "grid", [](const Explanation& e) { return bounds(e.grid); },
           "lower x, y, z, upper x, y, z: the region that the cells divide into equal parts")
+      .def_ro(
+          "candidates", &Explanation::candidates,
+          "ways to search that the planner compares, the cheapest first; empty where there is no "
+          "single plan for all boxes")
       .def_prop_ro(
           "memory",
           [](const Explanation& e) {

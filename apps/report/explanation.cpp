@@ -91,6 +91,13 @@ std::vector<Bars> explanation_histograms(const Explanation& e) {
 }
 
 std::vector<Table> explanation_details(const Explanation& e) {
+  Table candidates("The methods compared", {"expected on one thread", "method"});
+  for (const auto& c : e.candidates) {
+    const std::string grid = fmt::format("grid of {} x {} x {}, swept along {}", c.columns[0],
+                                         c.columns[1], c.columns[2], "xyz"[c.sweep_axis]);
+    candidates.add_row({ms_text(c.expected_ns * 1e-6),
+                        c.algorithm == Algorithm::all_pairs ? std::string("brute force") : grid});
+  }
   Table largest("The largest boxes", {"index", "set", "largest side", "cells"});
   for (const auto& l : e.largest) {
     largest.add_row({std::to_string(l.index), l.in_second_set ? "second" : "first",
@@ -102,6 +109,7 @@ std::vector<Table> explanation_details(const Explanation& e) {
         {format_count(c.boxes), corner_text(c.bounds.lower), corner_text(c.bounds.upper)});
   }
   std::vector<Table> tables;
+  if (candidates.rows() > 0) tables.push_back(std::move(candidates));
   if (sizes_differ(e)) tables.push_back(std::move(largest));
   if (densest.rows() > 0) tables.push_back(std::move(densest));
   return tables;

@@ -23,7 +23,7 @@ using Json = nlohmann::ordered_json;
 
 const char* help_text =
     R"(Searches the boxes as `throng pairs` does, once cold and once warmed, on the CPU. Prints the times, the
-method and the reason for it, the number of tests, the memory, bars of the boxes by size and of the cells by
+method and the reason for it, the expected times of the methods compared, the number of tests, the memory, bars of the boxes by size and of the cells by
 number of boxes, the largest boxes if sizes differ much, the cells with the most boxes, and what would make it
 faster. For a file of several frames it explains the last one.
 
@@ -88,6 +88,13 @@ Json to_json(const Explanation& e) {
   for (const auto& c : e.cell_classes) {
     json["cell_classes"].push_back(
         {{"from", c.from}, {"below", c.below}, {"cells", c.cells}, {"boxes", c.boxes}});
+  }
+  json["candidates"] = Json::array();
+  for (const auto& c : e.candidates) {
+    json["candidates"].push_back({{"algorithm", to_string(c.algorithm)},
+                                  {"sweep_axis", c.sweep_axis},
+                                  {"columns", c.columns},
+                                  {"expected_ns", c.expected_ns}});
   }
   json["memory_bytes"] = e.memory_bytes;
   for (const auto& part : e.memory) json["memory"][part.what] = part.bytes;

@@ -57,6 +57,16 @@ struct Explanation {
   };
   std::vector<CellClass> cell_classes;
 
+  // The ways to search that the planner compares, the cheapest first: brute force, and the best
+  // grid that is swept along each axis. Empty without a single plan for all boxes.
+  struct Candidate {
+    Algorithm algorithm = Algorithm::grid;
+    std::uint32_t sweep_axis = 0;
+    std::uint32_t columns[3] = {1, 1, 1};
+    double expected_ns = 0;  // on one thread
+  };
+  std::vector<Candidate> candidates;
+
   struct Part {
     const char* what = "";
     std::uint64_t bytes = 0;

@@ -79,6 +79,9 @@ def test_explain() -> None:
         assert c.boxes == ((extents >= c.least) & (extents < c.below)).sum() and c.cells_per_box >= 1
     assert sum(explanation.memory.values()) == explanation.memory_bytes > 0
     assert "boxes=20000" in repr(explanation) and all(len(advice) > 20 for advice in explanation.advice)
+    assert sorted(c.algorithm for c in explanation.candidates) == ["all_pairs", "grid", "grid", "grid"]
+    cheapest = explanation.candidates[0]
+    assert cheapest.columns == tuple(explanation.result.plan.columns) and cheapest.expected_ns > 0
     few = finder.explain(boxes[:50], boxes[:9])
     assert few.cells == 0 and few.occupancy.shape == (0, 0, 0) and "59 boxes are few" in few.advice[0]
     with pytest.raises(ValueError, match="boxes: found"):

@@ -134,6 +134,22 @@ class DenseCell:
     @property
     def boxes(self) -> int: ...
 
+class Candidate:
+    """A way to search that the planner compared."""
+
+    @property
+    def algorithm(self) -> str:
+        """'all_pairs' or 'grid'."""
+    @property
+    def sweep_axis(self) -> int:
+        """0, 1 or 2."""
+    @property
+    def columns(self) -> tuple[int, int, int]:
+        """Of the grid, along x, y, z."""
+    @property
+    def expected_ns(self) -> float:
+        """Expected time on one thread, ns."""
+
 class CellClass:
     """Cells with similar numbers of boxes."""
 
@@ -195,6 +211,11 @@ class Explanation:
     @property
     def grid(self) -> Bounds:
         """The region that the cells divide into equal parts."""
+    @property
+    def candidates(self) -> list[Candidate]:
+        """Ways to search that the planner compares, the cheapest first; empty where there is no single
+        plan for all boxes.
+        """
     @property
     def memory(self) -> dict[str, int]:
         """Memory by purpose, in bytes."""

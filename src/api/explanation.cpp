@@ -249,6 +249,17 @@ Explanation make_explanation(const Boxes& a, const Boxes* b, const Options& opti
     c.cells_per_box /= static_cast<double>(c.boxes);
     e.size_classes.push_back(c);
   }
+  if (plan || result.plan.algorithm == Algorithm::all_pairs) {
+    for (const grid::Candidate& c : engine.candidates(a, b, options)) {
+      Explanation::Candidate& way = e.candidates.emplace_back();
+      way.algorithm = c.all_pairs ? Algorithm::all_pairs : Algorithm::grid;
+      way.sweep_axis = c.sweep_axis;
+      std::copy(c.columns, c.columns + 3, way.columns);
+      way.expected_ns = c.expected_ns;
+    }
+    std::sort(e.candidates.begin(), e.candidates.end(),
+              [](const auto& x, const auto& y) { return x.expected_ns < y.expected_ns; });
+  }
   engine.report_memory([&](const char* what, std::size_t bytes) {
     e.memory_bytes += bytes;
     if (bytes > 0) e.memory.push_back({what, bytes});

@@ -15,6 +15,18 @@ namespace {
 // Problems of a partition with fewer boxes are solved by one worker; larger ones by all workers.
 constexpr std::uint64_t team_pays_from = 65536;
 
+// The boxes of a search as one problem.
+Problem whole_problem(const Search& search) noexcept {
+  const auto side = [](const Boxes& b) {
+    return BoxSubset{&b, nullptr, static_cast<std::uint32_t>(b.size())};
+  };
+  Problem whole;
+  whole.queries = side(*search.a);
+  whole.targets = search.two_sets ? side(*search.b) : BoxSubset{search.b, nullptr, 0};
+  whole.self = !search.two_sets;
+  return whole;
+}
+
 }  // namespace
 
 Engine::Engine(std::pmr::memory_resource* memory, std::size_t already_held) noexcept
@@ -51,6 +63,19 @@ void Engine::round(Call& call) {
   call.result.times.bin_ms = call.clock.lap();
 }
 
+std::array<Candidate, 4> Engine::candidates(const Boxes& a, const Boxes* b,
+                                            const Options& options) const {
+  Search search;
+  search.a = &a;
+  search.b = b ? b : &a;
+  search.two_sets = b != nullptr;
+  search.margin = options.margin;
+  const Stats stats = sample_stats(search, whole_problem(search));
+  const SweepCost& sweep_cost = find_kernels(options.isa)->sweep_cost;
+  return {brute_force(stats), cheapest_grid(stats, sweep_cost, 0),
+          cheapest_grid(stats, sweep_cost, 1), cheapest_grid(stats, sweep_cost, 2)};
+}
+
 // All steps before the first pair: partition, plan, binning, NaN check.
 void Engine::prepare(Call& call) {
   THRONG_RANGE("plan and bin");
@@ -58,12 +83,7 @@ void Engine::prepare(Call& call) {
   BinReport report;
   Worker* const* workers = workers_.make(call.tasks);
   for (unsigned t = 0; t < call.tasks; ++t) workers[t]->begin(search);
-  const auto side = [](const Boxes& b) {
-    return BoxSubset{&b, nullptr, static_cast<std::uint32_t>(b.size())};
-  };
-  call.problem.queries = side(*search.a);
-  call.problem.targets = search.two_sets ? side(*search.b) : BoxSubset{search.b, nullptr, 0};
-  call.problem.self = !search.two_sets;
+  call.problem = whole_problem(search);
   if (search.two_sets && box_count(search) <= max_box_count)
     call.problem.target_id_offset = search.target_id_offset = call.problem.queries.count;
   call.partitioned = !plan_with_filters(search, call.problem, call.options.algorithm, call.tasks,

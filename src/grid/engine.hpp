@@ -1,6 +1,7 @@
 // The CPU backend: one call from boxes to pairs, and the memory kept between calls.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include <throng/finder.hpp>
@@ -66,6 +67,9 @@ class Engine {
     return has_grid_ && grid_plan_.worlds == 1 ? &grid_plan_ : nullptr;
   }
   const BinnedGrid& grid() const noexcept { return grid_; }
+  // What a search compares when it plans: brute force, and the cheapest grid along each axis. For
+  // one problem; filters are ignored.
+  std::array<Candidate, 4> candidates(const Boxes& a, const Boxes* b, const Options&) const;
   // Calls report(what, bytes) for each part of the held memory.
   template <class Report>
   void report_memory(const Report& report) const {

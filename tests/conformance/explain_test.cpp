@@ -98,6 +98,18 @@ TEST(Explain, CountsAreThoseOfTheBoxes) {
     }
   }
   EXPECT_EQ(in_parts, e.memory_bytes);
+  // Four ways, the cheapest first; of the grids the first is the one that was taken.
+  ASSERT_EQ(e.candidates.size(), 4u);
+  EXPECT_EQ(std::count_if(e.candidates.begin(), e.candidates.end(),
+                          [](const auto& c) { return c.algorithm == Algorithm::all_pairs; }),
+            1);
+  for (std::size_t i = 0; i + 1 < e.candidates.size(); ++i)
+    EXPECT_LE(e.candidates[i].expected_ns, e.candidates[i + 1].expected_ns);
+  const auto taken = std::find_if(e.candidates.begin(), e.candidates.end(),
+                                  [](const auto& c) { return c.algorithm == Algorithm::grid; });
+  EXPECT_EQ(taken->sweep_axis, e.result.plan.sweep_axis);
+  EXPECT_EQ(taken->expected_ns, e.result.plan.expected_ns);
+  EXPECT_TRUE(std::equal(taken->columns, taken->columns + 3, e.result.plan.columns));
 }
 
 // The boxes reported for a cell are those that touch its bounds; boxes on the bounds may count for

@@ -1,5 +1,5 @@
-// The sweep alone, on strips made by hand: every kernel reports exactly the pairs that a double loop
-// over the same quantized boxes and masks finds, and puts ties apart.
+// The sweep alone, on strips made by hand: every kernel reports exactly the pairs that a double
+// loop over the same quantized boxes and masks finds, and puts ties apart.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -74,8 +74,8 @@ std::vector<Record> random_records(std::uint32_t count, std::uint32_t first_id, 
       const auto size = static_cast<std::uint32_t>(random.unit() * static_cast<float>(extent));
       // Now and then a box starts in an earlier column.
       records[i].lower[k] = static_cast<std::uint16_t>(random.one_in(8) ? 0 : at + 1);
-      records[i].upper[k] = static_cast<std::uint16_t>(
-          std::min<std::uint32_t>(at + 1 + size, base::max_quantized));
+      records[i].upper[k] =
+          static_cast<std::uint16_t>(std::min<std::uint32_t>(at + 1 + size, base::max_quantized));
     }
     records[i].id = first_id + i;
   }

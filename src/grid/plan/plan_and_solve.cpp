@@ -41,17 +41,8 @@ std::uint32_t sample_subset(const Search& search, const BoxSubset& side, std::ui
 
 }  // namespace
 
-GridPlan make_plan(const Search& search, const Problem& problem, Algorithm forced) {
-  const std::uint64_t queries = problem.queries.count, targets = problem.targets.count;
-  const std::uint64_t boxes = queries + targets;
-  if (static_cast<double>(boxes) <= base::cost.brute_force_boxes ||
-      forced == Algorithm::all_pairs) {
-    Stats few;
-    few.query_count = queries;
-    few.target_count = boxes;
-    if (forced != Algorithm::grid)
-      return grid::plan(few, search.kernels->sweep_cost, forced, search.cell_scale);
-  }
+Stats sample_stats(const Search& search, const Problem& problem) {
+  const std::uint64_t queries = problem.queries.count, boxes = box_count(problem);
   const std::uint32_t wanted = sample_size(boxes);
   Box sample[max_sample];
   const auto query_share =
@@ -59,7 +50,20 @@ GridPlan make_plan(const Search& search, const Problem& problem, Algorithm force
   const std::uint32_t first = std::max(query_share, std::min(wanted / 8, problem.queries.count));
   std::uint32_t count = sample_subset(search, problem.queries, std::min(first, wanted), sample);
   count += sample_subset(search, problem.targets, wanted - std::min(first, wanted), sample + count);
-  return grid::plan(measure(sample, count, boxes, boxes), search.kernels->sweep_cost, forced,
+  return measure(sample, count, boxes, boxes);
+}
+
+GridPlan make_plan(const Search& search, const Problem& problem, Algorithm forced) {
+  const std::uint64_t boxes = box_count(problem);
+  if (static_cast<double>(boxes) <= base::cost.brute_force_boxes ||
+      forced == Algorithm::all_pairs) {
+    Stats few;
+    few.query_count = problem.queries.count;
+    few.target_count = boxes;
+    if (forced != Algorithm::grid)
+      return grid::plan(few, search.kernels->sweep_cost, forced, search.cell_scale);
+  }
+  return grid::plan(sample_stats(search, problem), search.kernels->sweep_cost, forced,
                     search.cell_scale);
 }
 

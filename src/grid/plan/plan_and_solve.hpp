@@ -13,6 +13,8 @@ namespace throng::grid {
 constexpr std::uint32_t sample_size(std::uint64_t boxes) noexcept {
   return boxes < 4096 ? 64 : (boxes < 65536 ? 256 : max_sample);
 }
+// The statistics of a problem's boxes, from a sample.
+Stats sample_stats(const Search&, const Problem&);
 // Plans from a sample of a problem's boxes.
 GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
 

@@ -67,8 +67,7 @@ Candidate brute_force(const Stats& s) noexcept {
   return brute;
 }
 
-Candidate cheapest_grid(const Stats& s, const SweepCost& sweep_cost, std::uint32_t axis,
-                        double below_ns) noexcept {
+Candidate cheapest_grid(const Stats& s, const SweepCost& sweep_cost, std::uint32_t axis) noexcept {
   const GridPrices prices(s, sweep_cost, axis);
   Candidate best;
   best.expected_ns = std::numeric_limits<double>::max();
@@ -86,12 +85,10 @@ Candidate cheapest_grid(const Stats& s, const SweepCost& sweep_cost, std::uint32
   // Every second number along each axis first, then those around the cheapest.
   const auto too_dear = [&](std::uint32_t y, std::uint32_t z) {
     return !prices.allows(column_counts[y], column_counts[z]) ||
-           prices.least_ns(column_counts[y], column_counts[z]) >=
-               std::min(best.expected_ns, below_ns);
+           prices.least_ns(column_counts[y], column_counts[z]) >= best.expected_ns;
   };
   for (std::uint32_t y = 0; y < numbers && !too_dear(y, 0); y += 2)
     for (std::uint32_t z = 0; z < numbers && !too_dear(y, z); z += 2) consider(y, z);
-  if (best.expected_ns >= below_ns) return best;
   const std::uint32_t around_y = best_y, around_z = best_z;
   for (std::uint32_t y = around_y - (around_y != 0); y <= std::min(around_y + 1, numbers - 1); ++y)
     for (std::uint32_t z = around_z - (around_z != 0); z <= std::min(around_z + 1, numbers - 1);
@@ -134,7 +131,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   }
   choice.expected_ns = std::numeric_limits<double>::max();
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
-    const Candidate grid = cheapest_grid(s, sweep_cost, axis, choice.expected_ns);
+    const Candidate grid = cheapest_grid(s, sweep_cost, axis);
     if (grid.expected_ns < choice.expected_ns) choice = grid;
   }
   if (cell_scale != 1) choice = scaled(choice, s, sweep_cost, double{cell_scale});

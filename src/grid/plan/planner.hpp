@@ -21,10 +21,9 @@ struct Candidate {
 };
 
 Candidate brute_force(const Stats& stats) noexcept;
-// The cheapest grid that is swept along `axis`, if it costs less than `below_ns`; else one that
-// does not.
-Candidate cheapest_grid(const Stats& stats, const SweepCost& sweep_cost, std::uint32_t axis,
-                        double below_ns) noexcept;
+// The cheapest grid that is swept along `axis`.
+Candidate cheapest_grid(const Stats& stats, const SweepCost& sweep_cost,
+                        std::uint32_t axis) noexcept;
 // The same grid with columns `scale` times as wide across the sweep axis, within the limits of
 // every grid and of the columns per box: large boxes in small columns would exhaust any memory.
 Candidate scaled(const Candidate& grid, const Stats& stats, const SweepCost& sweep_cost,
