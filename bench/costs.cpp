@@ -56,6 +56,20 @@ constexpr Number numbers[] = {
     THRONG_NUMBER(world_distance),
     THRONG_NUMBER(worlds_together_ns),
     THRONG_NUMBER(separation_ns),
+    THRONG_NUMBER(full_object_ns),
+    THRONG_NUMBER(full_pair_ns),
+    THRONG_NUMBER(local_object_ns),
+    THRONG_NUMBER(comparison_ns),
+    THRONG_NUMBER(average_searches),
+    THRONG_NUMBER(index_build_ns),
+    THRONG_NUMBER(forest_build_ns),
+    THRONG_NUMBER(forest_comparisons),
+    THRONG_NUMBER(forest_pair_comparisons),
+    THRONG_NUMBER(guard),
+    THRONG_NUMBER(class_lines),
+    THRONG_NUMBER(visit_ns),
+    THRONG_NUMBER(index_query_ns),
+    THRONG_NUMBER(parallel_ns),
 };
 #undef THRONG_NUMBER
 static_assert(sizeof(CostTable) == std::size(numbers) * sizeof(double), "every number is listed");

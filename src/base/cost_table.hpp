@@ -32,6 +32,26 @@ struct CostTable {
                                    // far apart, relative to any two boxes
   double worlds_together_ns = 25;  // per box: worlds are searched together if that is expected
   double separation_ns = 25;       // per box, to search static boxes separately
+
+  // Updates of persistent objects (tracking/cost_model.cpp).
+  double full_object_ns = 18;     // a full search, per object
+  double full_pair_ns = 14;       // the same, per pair
+  double local_object_ns = 150;   // a search around one changed object, without its comparisons
+  double comparison_ns = 6;       // per box that it compares
+  double average_searches = 256;  // in the average of these comparisons, so many searches weigh as
+                                  // much as all before them
+  double index_build_ns = 35;     // building cells, per object; listing pairs by object, per pair
+  double forest_build_ns = 250;   // building a forest, per object
+  double forest_comparisons = 512;      // a search in a forest costs as many comparisons in cells,
+  double forest_pair_comparisons = 16;  // and so many more per pair
+  double guard = 16;       // guards against rare losses: one in so many tries, or so many times the
+                           // changes, may be in vain
+  double class_lines = 6;  // searching a further class of box sizes, in lines of cells
+
+  // Queries (tracking/tracker.cpp), and threads of both.
+  double visit_ns = 1.6;        // without an index, per object or record
+  double index_query_ns = 400;  // with an index
+  double parallel_ns = 20'000;  // least work for a second thread
 };
 
 #if defined(THRONG_TUNE_COSTS)

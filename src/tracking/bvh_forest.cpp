@@ -75,7 +75,7 @@ struct BvhForest::Build {
 // The first tree_count_ of trees_ are set.
 // cppcheck-suppress uninitMemberVar
 BvhForest::BvhForest(base::Memory& memory) noexcept
-    : lines_(memory), summaries_(memory), items_(memory) {}
+    : lines_(memory), summaries_(memory), items_(memory), entering_(memory) {}
 
 BvhForest::Item BvhForest::item_of(const Objects& objects, ObjectId id) noexcept {
   return {objects.expanded(id), id, objects.has_filters() ? objects.pairing_class(id) : 0};
@@ -133,6 +133,21 @@ bool BvhForest::has_capacity_for(std::size_t count) const noexcept {
   std::size_t held = 0;
   for (std::uint32_t t = 1; t < tree_count_; ++t) held += trees_[t].held;
   return held + count <= trees_[tree_count_ - 1].capacity && 2 * trees_[0].held >= trees_[0].placed;
+}
+
+void BvhForest::place_all(const Objects& objects, const ObjectId* ids, std::size_t count) {
+  constexpr std::uint32_t queued = none - 1;
+  entering_.reserve_discard(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint32_t& place = objects.body(ids[i]).bucket;
+    if (place == queued) continue;
+    if (place != none) erase(place);
+    place = none;
+    if (!objects.is_active(ids[i])) continue;
+    place = queued;
+    entering_.push(ids[i]);
+  }
+  insert(objects, entering_.data(), entering_.size());
 }
 
 void BvhForest::put(const Objects& objects, std::uint32_t line, std::uint32_t k,

@@ -46,10 +46,9 @@ class BvhForest {
   void build(Objects& objects, bool others_unset);
   // Whether this many can be inserted, and at most half of the large tree was erased.
   bool has_capacity_for(std::size_t count) const noexcept;
-  void erase(std::uint32_t slot) noexcept;
-  // Inserts active objects that are not in the forest, each once, and sets their places;
-  // has_capacity_for(count) must hold.
-  void insert(const Objects& objects, const ObjectId* ids, std::size_t count) noexcept;
+  // Places these objects, which changed, anew, and sets their places; ids may occur twice.
+  // has_capacity_for(count) must hold. Throws base::AllocationFailed and then changes nothing.
+  void place_all(const Objects& objects, const ObjectId* ids, std::size_t count);
 
   // Calls f(id) once for each object that overlaps the box; skips many of those that may not pair
   // with `filter`, but not all. Exceptions of f propagate.
@@ -124,6 +123,9 @@ class BvhForest {
   static Item item_of(const Objects& objects, ObjectId id) noexcept;
 
   void assign_storage(std::size_t objects);
+  void erase(std::uint32_t slot) noexcept;
+  // Inserts active objects that are not in the forest, each once.
+  void insert(const Objects& objects, const ObjectId* ids, std::size_t count) noexcept;
   void append(const Objects& objects, const Item& item) noexcept;
   void take_all(Tree& tree, const Objects& objects) noexcept;
   void build(Tree& tree, const Objects& objects) noexcept;
@@ -137,6 +139,7 @@ class BvhForest {
   PodVector<CellLine> lines_;
   PodVector<Summary> summaries_;  // two per node
   PodVector<Item> items_;         // scratch for builds
+  PodVector<ObjectId> entering_;  // scratch: objects to insert
   // The large tree, the buffer, then trees with doubling capacities.
   Tree trees_[max_trees];
   std::uint32_t tree_count_ = 0;

@@ -6,18 +6,18 @@
 #include <limits>
 
 #include "base/bounds.hpp"
+#include "base/cost_table.hpp"
 
 namespace throng::tracking {
 namespace {
 
 // Sample size: all boxes up to `full_sample`; otherwise one in eight within these bounds.
 constexpr std::size_t full_sample = 1536, min_sample = 512, max_sample = 4096;
+// Boxes per cell of two spans above which cells are made smaller: two full lines.
 constexpr double max_occupancy = 4;
 constexpr int max_halvings = 16;
 // Rounding may lengthen a box by one unit, a sixteenth of a span.
-constexpr double fit_factor = 1.07, min_fit_factor = 1.065;
-// Another plan is taken only if it reduces the search cost to this fraction.
-constexpr double min_improvement = 0.85;
+constexpr double fit_factor = 1.07;
 
 // Of a complete sample, or of its first part, whose order is random.
 template <class Of>
@@ -55,8 +55,8 @@ double same_cell_probability(PodVector<CellPlan::Sampled>& sample, double length
 }
 
 // Models the cost of a search, in lines, as a function of the cell size: for the sampled box sizes,
-// at uniform density. Visiting a cell costs more than a further line of its chain, and each class
-// has a fixed cost.
+// at uniform density. Visiting a cell costs one line more than its chain, and each class has a
+// fixed cost.
 class SearchCost {
  public:
   // Span candidates: `base` times 2^(step / steps).
@@ -70,7 +70,7 @@ class SearchCost {
     // Excludes the few boxes that are so long that they visit much of the occupied region.
     const double longest = quantile(sample, 0.98, side_of);
     for (std::size_t i = 0; i < n; ++i) {
-      const double step = std::ceil(steps * std::log2(sample[i].side * min_fit_factor / base));
+      const double step = std::ceil(steps * std::log2(sample[i].side * fit_factor / base));
       class_share_[static_cast<int>(std::clamp(step, double{min_step}, double{last_step})) -
                    min_step] += one;
       double e[3];
@@ -97,7 +97,7 @@ class SearchCost {
       if (share == 0) continue;
       const double own_boxes = share * density_ * length * length * length;
       const double others = (full ? 1 - share : 1) * boxes_per_bucket;
-      cost += class_cost + cells(length, clustered) * (cell_cost + lines(own_boxes + others));
+      cost += base::cost.class_lines + cells(length, clustered) * (1 + lines(own_boxes + others));
     }
     return cost;
   }
@@ -105,7 +105,6 @@ class SearchCost {
  private:
   static constexpr std::size_t sample_limit = 512;
   static constexpr int last_step = 64, share_count = last_step - min_step + 1;
-  static constexpr double cell_cost = 0.8, class_cost = 6;
 
   // Average number of cells of a class that a search visits: per axis the length of a box in cells,
   // plus 1.5, or 2.
@@ -129,7 +128,7 @@ class SearchCost {
 void adapt(const PodVector<CellPlan::Sampled>& sample, double density, double boxes,
            CellPlan& plan) noexcept {
   const SearchCost cost(sample, plan.span, density, boxes, plan);
-  double best = min_improvement * cost(0, plan.clustered), span = plan.span;
+  double best = cost(0, plan.clustered), span = plan.span;
   for (const bool clustered : {false, true}) {
     for (int step = SearchCost::min_step; step <= SearchCost::max_step; ++step) {
       const double now = cost(step, clustered);

@@ -12,8 +12,8 @@ namespace throng::tracking {
 namespace {
 
 constexpr auto minus_one = static_cast<std::size_t>(-1);
-// Prefetch distance while filling, in objects.
-constexpr std::size_t fill_ahead = 64;
+// Prefetch distances while filling and placing, in objects.
+constexpr std::size_t fill_ahead = 64, place_ahead = 32;
 
 }  // namespace
 
@@ -149,6 +149,45 @@ void Cells::fill(const Objects& objects) noexcept {
 }
 
 // Changing.
+
+bool Cells::place_all(const Objects& objects, const ObjectId* ids, std::size_t count,
+                      double max_lines) noexcept {
+  double lines = 0;
+  Place places[place_ahead];
+  for (std::size_t i = 0; i + 1 < count + place_ahead; ++i) {
+    if (i < count) {
+      if (i + place_ahead < count) objects.prefetch(ids[i + place_ahead]);
+      const ObjectId id = ids[i];
+      Place& to = places[i % place_ahead];
+      to.bucket = none;
+      if (objects.body(id).bucket != none) prefetch(objects.body(id).bucket);
+      if (objects.is_active(id)) {
+        Box storage;
+        to = place(objects.expanded(id, storage), worlds_of(objects, objects.filter(id)));
+        lines += static_cast<double>(to.lines);
+        if (lines > max_lines) return false;
+        prefetch(to.bucket);
+      }
+    }
+    if (constexpr std::size_t half = place_ahead / 2; i >= half && i - half < count) {
+      const std::uint32_t bucket = objects.body(ids[i - half]).bucket;
+      if (bucket != none) prefetch_chain(bucket);
+    }
+    if (i + 1 < place_ahead) continue;
+    const ObjectId id = ids[i + 1 - place_ahead];
+    const Place& to = places[(i + 1) % place_ahead];
+    Body& body = objects.body(id);
+    Box storage;
+    if (to.bucket != none && to.bucket == body.bucket) {
+      replace(id, objects.expanded(id, storage), to);
+      continue;
+    }
+    if (body.bucket != none) erase(id, body.bucket);
+    if (to.bucket != none) insert(id, objects.expanded(id, storage), to);
+    body.bucket = to.bucket;
+  }
+  return true;
+}
 
 Cells::Place Cells::place_of(const CellMap::Range& r, std::int32_t world) const noexcept {
   const int c = map_.class_of(r);

@@ -67,42 +67,32 @@ class Cells {
     bool all = false;                // every world: `own` is -1, and many others are in use
     const WorldSet* each = nullptr;  // these, too: `own` is -1, and all others are listed
   };
-  // The bucket of a box, and how many lines a search around it visits, chains excluded; at most all
-  // lines.
-  struct Place {
-    std::uint32_t bucket;
-    int size_class;
-    std::uint64_t lines;
-    std::int32_t world;
-  };
-  Place place(const Box& box, Worlds worlds) const noexcept;
-  void insert(ObjectId id, const Box& box, const Place& place) noexcept;
-  void erase(ObjectId id, std::uint32_t bucket) noexcept;
-  // Stores the new box of an object that stays in its bucket.
-  void replace(ObjectId id, const Box& box, const Place& place) noexcept;
+  // Places these objects, which changed, anew, and sets their buckets; ids may occur twice. Returns
+  // false, with only some of them placed, if searches around them would visit more lines.
+  bool place_all(const Objects& objects, const ObjectId* ids, std::size_t count,
+                 double max_lines) noexcept;
 
-  // A search in three steps, for prefetching: candidates() lists and prefetches the buckets;
-  // prefetch_chains() prefetches the lines behind them; search() calls f(id) for every box that
-  // overlaps this one, possibly several times. Exceptions of f propagate.
+  // Calls f(id) for every box that overlaps this one, possibly several times. Exceptions of f
+  // propagate.
+  template <class F>
+  void search(const Box& box, Worlds worlds, Work& work, F&& f) const;
+  // The same in three steps, for prefetching: candidates() lists and prefetches the buckets;
+  // prefetch_chains() prefetches the lines behind them; search_few() writes all overlapping ids but
+  // `self` to hits, which has max_hits + 1 elements, and returns how many. Above max_hits the list
+  // is incomplete, and search_many() calls f(id) for each.
   struct CandidateBuckets {
     static constexpr std::uint32_t most = 224, capacity = 256;
     std::uint32_t count;  // above `most`: too many to list
     std::uint32_t buckets[capacity];
   };
+  static constexpr std::uint32_t max_hits = 2 * CandidateBuckets::capacity;
   void candidates(const Box& box, Worlds worlds, CandidateBuckets& candidates) const noexcept;
   void prefetch_chains(const CandidateBuckets& candidates) const noexcept {
     if (candidates.count > CandidateBuckets::most) return;
     for (std::uint32_t k = 0; k < candidates.count; ++k) prefetch_chain(candidates.buckets[k]);
   }
-  template <class F>
-  void search(const Box& box, Worlds worlds, CandidateBuckets& candidates, Work& work, F&& f) const;
-  // The two cases of search(). With all buckets listed: writes all overlapping ids but `self` to
-  // hits, which has max_hits + 1 elements, and returns how many; above max_hits the list is
-  // incomplete.
-  static constexpr std::uint32_t max_hits = 2 * CandidateBuckets::capacity;
   std::uint32_t search_few(const Box& box, ObjectId self, CandidateBuckets& candidates,
                            ObjectId* hits, Work& work) const noexcept;
-  // Not listed.
   template <class F>
   void search_many(const Box& box, Worlds worlds, Work& work, F&& f) const;
   // The line behind the first, or line 0 if there is none: a branch would be mispredicted.
@@ -158,6 +148,19 @@ class Cells {
   void copy(const Cells& other) noexcept;
 
  private:
+  // The bucket of a box, and how many lines a search around it visits, chains excluded; at most all
+  // lines.
+  struct Place {
+    std::uint32_t bucket;
+    int size_class;
+    std::uint64_t lines;
+    std::int32_t world;
+  };
+  Place place(const Box& box, Worlds worlds) const noexcept;
+  void insert(ObjectId id, const Box& box, const Place& place) noexcept;
+  void erase(ObjectId id, std::uint32_t bucket) noexcept;
+  // Stores the new box of an object that stays in its bucket.
+  void replace(ObjectId id, const Box& box, const Place& place) noexcept;
   // Lines in chains are full, so there are at most half as many as boxes.
   static std::size_t lines_for(std::size_t buckets, std::size_t objects) noexcept {
     return buckets + 1 + objects / 2 + 1;
@@ -269,10 +272,11 @@ void Cells::visit_chain(const CellQuery& query, std::uint32_t bucket, Work& work
 }
 
 template <class F>
-void Cells::search(const Box& box, Worlds worlds, CandidateBuckets& candidates, Work& work,
-                   F&& f) const {
+void Cells::search(const Box& box, Worlds worlds, Work& work, F&& f) const {
+  CandidateBuckets listed;
+  candidates(box, worlds, listed);
   ObjectId hits[max_hits + 1];
-  const std::uint32_t count = search_few(box, none, candidates, hits, work);
+  const std::uint32_t count = search_few(box, none, listed, hits, work);
   if (count <= max_hits) {
     for (std::uint32_t k = 0; k < count; ++k) f(hits[k]);
   } else {

@@ -6,42 +6,39 @@
 
 namespace throng::tracking {
 
-void GridTraversal::start(const Cells& cells, const BlockOccupancy* blocks, Cells::Worlds worlds,
-                          const base::MovingBox& sweep, const base::SweptBounds& cover,
-                          bool to_first) noexcept {
-  cells_ = &cells;
-  sweep_ = &sweep;
-  cover_ = &cover;
-  blocks_ = blocks;
-  worlds_ = worlds;
-  far_cells_ = 0;
+GridTraversal::GridTraversal(const Cells& cells, const BlockOccupancy* blocks, Cells::Worlds worlds,
+                             const base::MovingBox& sweep, const base::SweptBounds& cover,
+                             bool to_first) noexcept
+    : cells_(cells),
+      blocks_(blocks),
+      worlds_(worlds),
+      sweep_(sweep),
+      cover_(cover),
+      list_target_(to_first ? list_target_first : list_target_all),
+      interval_(base::contact_interval(sweep, cells.bounds())),
+      left_(cells.line_count() / lines_per_cell + most) {
   if (worlds.all) return;
-  left_ = cells.line_count() / lines_per_cell + most;
-  list_target_ = to_first ? list_target_first : list_target_all;
-  count_ = 0;
-  cursor_count_ = 0;
-  interval_ = base::contact_interval(sweep, cells.bounds());
-  if (interval_.enter <= interval_.leave) init_cursors(cover);
+  if (interval_.enter <= interval_.leave) init_cursors();
   select_next();
   list_cells();
 }
 
-void GridTraversal::init_cursors(const base::SweptBounds& cover) noexcept {
-  const CellMap& map = cells_->map();
+void GridTraversal::init_cursors() noexcept {
+  const CellMap& map = cells_.map();
   const double scale = map.units(1);
-  whole_range_ = map.quantize(cover(interval_.enter, interval_.leave));
+  whole_range_ = map.quantize(cover_(interval_.enter, interval_.leave));
   const bool clamped = map.is_clamped(whole_range_);
   double inverse[3], slack[3];
   for (int k = 0; k < 3; ++k) {
     const double furthest = 1 + std::max(std::fabs(static_cast<double>(whole_range_.lower[k])),
                                          std::fabs(static_cast<double>(whole_range_.upper[k])));
     slack[k] = 1 + furthest * 0x1p-22;
-    lower_[k] = cover.lower(k, interval_.leave) * scale - furthest * 0x1p-22;
-    upper_[k] = cover.upper(k, interval_.leave) * scale + furthest * 0x1p-22;
-    by_[k] = cover.by(k) * scale;
+    lower_[k] = cover_.lower(k, interval_.leave) * scale - furthest * 0x1p-22;
+    upper_[k] = cover_.upper(k, interval_.leave) * scale + furthest * 0x1p-22;
+    by_[k] = cover_.by(k) * scale;
     inverse[k] = 1 / by_[k];
   }
-  cells_->each_class([&](int c) {
+  cells_.each_class([&](int c) {
     const auto crossed = [&](int k) {  // cells crossed, times 2^28
       return std::fabs(by_[k]) * static_cast<double>(1 << (28 - map.shift(c, k)));
     };
@@ -91,7 +88,7 @@ bool GridTraversal::advance_to_reached(LayerCursor& cursor) const noexcept {
 // which the last of them begins.
 inline void GridTraversal::find_cells(const LayerCursor& cursor, std::int32_t layers, double last,
                                       CellMap::Range& cells) const noexcept {
-  const CellMap& map = cells_->map();
+  const CellMap& map = cells_.map();
   if (cursor.covers_all_time) {
     cells = map.cells_of(whole_range_, cursor.size_class);
   } else {
@@ -153,7 +150,7 @@ void GridTraversal::list_cells() noexcept {
     const std::uint64_t more = next_cells();
     if (count_ + more > most || more >= left_) break;
     take_layer([&](std::uint32_t bucket) {
-      cells_->prefetch(bucket);
+      cells_.prefetch(bucket);
       buckets_[count_++] = bucket;
     });
   }

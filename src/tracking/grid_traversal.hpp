@@ -32,10 +32,11 @@ namespace throng::tracking {
 
 class GridTraversal {
  public:
-  // Prefetches the first cells; only a few if the traversal may end early (`to_first`). `cover`: of
-  // the sweep. With block data (Cells::blocks), layers of empty blocks are skipped.
-  void start(const Cells& cells, const BlockOccupancy* blocks, Cells::Worlds worlds,
-             const base::MovingBox& sweep, const base::SweptBounds& cover, bool to_first) noexcept;
+  // `to_first`: the traversal may end early. `cover`: of the sweep. With block data
+  // (Cells::blocks), layers of empty blocks are skipped.
+  GridTraversal(const Cells& cells, const BlockOccupancy* blocks, Cells::Worlds worlds,
+                const base::MovingBox& sweep, const base::SweptBounds& cover,
+                bool to_first) noexcept;
 
   // Calls visit(line, k) for each box k of a line that passes the CellLineSweepPrefilter, possibly
   // several times, until no remaining box can be met before time `first`, which visit() may
@@ -43,8 +44,6 @@ class GridTraversal {
   // over all objects costs.
   template <class F>
   bool traverse(const double& first, Work& work, F&& visit);
-  // Number of cells visited at distances where block data would help.
-  std::uint64_t far_cell_count() const noexcept { return far_cells_; }
 
  private:
   // Position in the layers of one class.
@@ -72,10 +71,12 @@ class GridTraversal {
                                  capacity = 256;
 
   // Layers after which a cursor checks blocks, if there are any; and after which its cells count in
-  // far_cell_count(), as most sweeps end before.
+  // Work::far, as most sweeps end before.
   static constexpr std::int32_t block_check_layers = 8, block_benefit_layers = 16;
 
-  void init_cursors(const base::SweptBounds& cover) noexcept;
+  template <class F>
+  bool visit_layers(const double& first, Work& work, F&& visit);
+  void init_cursors() noexcept;
   bool advance_to_reached(LayerCursor& cursor) const noexcept;
   void skip_empty(LayerCursor& cursor) const noexcept;
   void find_cells(const LayerCursor& cursor, std::int32_t layers, double last,
@@ -85,7 +86,7 @@ class GridTraversal {
   // Number of cells of the next layer, or too many. take_layer() calls f(bucket) for each and
   // advances.
   std::uint64_t next_cells() const noexcept {
-    return cells_->bucket_count(range_, cursors_[next_].size_class, worlds_, left_);
+    return cells_.bucket_count(range_, cursors_[next_].size_class, worlds_, left_);
   }
   template <class F>
   void take_layer(F&& f);
@@ -97,18 +98,19 @@ class GridTraversal {
   void visit_chain(const CellLineSweepPrefilter& prefilter, std::uint32_t bucket, Work& work,
                    F&& visit) const;
 
-  const Cells* cells_;
-  const BlockOccupancy* blocks_;
-  Cells::Worlds worlds_;
+  const Cells& cells_;
+  const BlockOccupancy* const blocks_;
+  const Cells::Worlds worlds_;
+  const base::MovingBox& sweep_;
+  const base::SweptBounds& cover_;
+  const std::uint32_t list_target_;
   double lower_[3], upper_[3], by_[3];  // the swept bounds, in units
   base::ContactInterval interval_;      // time interval
-  const base::MovingBox* sweep_;
-  const base::SweptBounds* cover_;
   CellMap::Range whole_range_, range_;  // units of the whole interval; cells of the next layer
-  std::uint64_t left_, far_cells_;      // cell budget; see far_cell_count()
-  std::uint32_t count_, list_target_;
+  std::uint64_t left_, far_cells_ = 0;  // cell budget; see Work::far
+  std::uint32_t count_ = 0;
   std::uint32_t buckets_[capacity];
-  unsigned cursor_count_, next_;
+  unsigned cursor_count_ = 0, next_ = 0;
   LayerCursor cursors_[CellMap::class_numbers];
 };
 
@@ -118,7 +120,7 @@ void GridTraversal::take_layer(F&& f) {
   const std::uint64_t count = next_cells();
   left_ -= count;
   if (cursor.passed >= block_benefit_layers) far_cells_ += count;
-  cells_->each_bucket(range_, cursor.size_class, worlds_, f);
+  cells_.each_bucket(range_, cursor.size_class, worlds_, f);
   cursor.pass();
   if (!advance_to_reached(cursor)) cursor = cursors_[--cursor_count_];
   select_next();
@@ -127,12 +129,18 @@ void GridTraversal::take_layer(F&& f) {
 template <class F>
 bool GridTraversal::traverse(const double& first, Work& work, F&& visit) {
   if (worlds_.all) return false;
-  if (cells_->has_wide())
-    visit_chain(CellLineSweepPrefilter(SweepPrefilterTerms(sweep_->box, *cover_, 1)),
-                cells_->wide_bucket(), work, visit);
+  const bool completed = visit_layers(first, work, visit);
+  work.far += far_cells_;
+  return completed;
+}
+
+template <class F>
+bool GridTraversal::visit_layers(const double& first, Work& work, F&& visit) {
+  if (cells_.has_wide())
+    visit_chain(CellLineSweepPrefilter(SweepPrefilterTerms(sweep_.box, cover_, 1)),
+                cells_.wide_bucket(), work, visit);
   if (count_ == 0 && is_over()) return true;
-  const CellLineSweepPrefilter prefilter(
-      SweepPrefilterTerms(sweep_->box, *cover_, interval_.leave));
+  const CellLineSweepPrefilter prefilter(SweepPrefilterTerms(sweep_.box, cover_, interval_.leave));
   for (;;) {
     visit_listed(prefilter, work, visit);
     if (is_over() || first < cursors_[next_].begin) return true;
@@ -154,8 +162,8 @@ void GridTraversal::visit_listed(const CellLineSweepPrefilter& prefilter, Work& 
   std::uint32_t hit_count = 0, i = 0;
   work.visited += count_;
   for (; i < count_ && count_ < capacity; ++i) {
-    const CellLine& line = cells_->line(buckets_[i]);
-    cells_->prefetch(line.next);
+    const CellLine& line = cells_.line(buckets_[i]);
+    cells_.prefetch(line.next);
     buckets_[count_] = line.next;
     count_ += line.next != 0;
     const std::uint32_t bits = prefilter.passes(line);
@@ -176,7 +184,7 @@ void GridTraversal::visit_chain(const CellLineSweepPrefilter& prefilter, std::ui
   std::uint32_t i = bucket;
   ++work.visited;
   do {
-    const CellLine& line = cells_->line(i);
+    const CellLine& line = cells_.line(i);
     const std::uint32_t bits = prefilter.passes(line);
     work.compared += 2;
     if (bits & 1) visit(line, 0);

@@ -1,8 +1,8 @@
 #include "tracking/queries.hpp"
 
 #include <algorithm>
-#include <atomic>
 
+#include "base/cost_table.hpp"
 #include "base/packed_box.hpp"
 #include "base/threads.hpp"
 #include "grid/emit/pair_sink.hpp"
@@ -14,22 +14,13 @@
 namespace throng::tracking {
 namespace {
 
-// Minimum queries for a second thread.
-constexpr std::size_t min_parallel_queries = 64;
-// Prefetch distance, in queries.
-constexpr std::size_t ahead = 8;
-
-// Up to this many objects, a sweep loops over all instead of traversing cells.
-constexpr std::size_t max_linear_objects = 256;
-
-// Cost model (see tracker.cpp), ns per object: in a loop over all, and in a list.
-constexpr double object_ns = 1.6, listed_object_ns = 30;
+using base::cost;
 
 double cost_of_all(const Objects& objects) noexcept {
-  return object_ns * static_cast<double>(objects.limit());
+  return cost.visit_ns * static_cast<double>(objects.limit());
 }
 double cost_of_changed(const Columns& columns) noexcept {
-  return listed_object_ns * static_cast<double>(columns.changed.size());
+  return cost.comparison_ns * static_cast<double>(columns.changed.size());
 }
 double cost_of(const Columns& columns, const Box& box) noexcept {
   return columns.grid_query.cost(columns.grid_query.columns_in(box)) + cost_of_changed(columns);
@@ -47,17 +38,6 @@ double cost_of(const Columns& columns, const base::MovingBox& sweep) noexcept {
   const Box piece = base::SweptBounds(sweep)(0, 1 / count);
   return count * columns.grid_query.cost(columns.grid_query.columns_in(piece)) +
          cost_of_changed(columns);
-}
-template <class Query>
-double min_cost(const Objects& objects, const std::optional<Columns>& columns,
-                const Query& query) noexcept {
-  const double all = cost_of_all(objects);
-  return columns ? std::min(all, cost_of(*columns, query)) : all;
-}
-template <class Query>
-bool columns_pay(const QueryIndex& query_index, const Objects& objects,
-                 const Query& query) noexcept {
-  return query_index.cost(objects, query) < cost_of_all(objects);
 }
 
 // Which objects a query may report.
@@ -78,7 +58,7 @@ class FilterCheck {
 
  private:
   const Objects& objects_;
-  const Filters& filters_;
+  const Filters filters_;
   const bool has_filters_ = objects_.has_filters();
 };
 
@@ -92,11 +72,17 @@ void load_filter(Filter& f, const Filters& from, std::size_t i) noexcept {
   if (from.is_static) f.is_static = from.is_static[i];
 }
 
-double QueryIndex::cost(const Objects& objects, const Box& box) const noexcept {
-  return min_cost(objects, columns, box);
+template <class Query>
+double QueryIndex::cost(const Objects& objects, const Query& query) const noexcept {
+  const double all = cost_of_all(objects);
+  return columns ? std::min(all, cost_of(*columns, query)) : all;
 }
-double QueryIndex::cost(const Objects& objects, const base::MovingBox& sweep) const noexcept {
-  return min_cost(objects, columns, sweep);
+template double QueryIndex::cost(const Objects&, const Box&) const noexcept;
+template double QueryIndex::cost(const Objects&, const base::MovingBox&) const noexcept;
+
+template <class Query>
+bool QueryIndex::columns_pay(const Objects& objects, const Query& query) const noexcept {
+  return columns && cost_of(*columns, query) < cost_of_all(objects);
 }
 
 Queries::Queries(grid::Engine& engine) noexcept
@@ -105,45 +91,20 @@ Queries::Queries(grid::Engine& engine) noexcept
       overlaps_(engine.memory()),
       hits_(engine.memory()) {}
 
-// State of an overlap query, prepared ahead to prefetch its cells.
-struct Queries::OverlapState {
-  Cells::Worlds worlds;
-  Cells::CandidateBuckets candidates;
-};
-
-// The same for a sweep.
-struct Queries::SweepState {
-  SweepState() noexcept = default;
-  SweepState(const SweepState&) = delete;  // the traversal refers to the other members
-  SweepState& operator=(const SweepState&) = delete;
-
-  base::MovingBox sweep;
-  base::SweptBounds cover;
-  GridTraversal traversal;
-};
-
-// Calls prepare(i, state) and later run_one(i, state, list, work) for every query, in order within
-// a task. Concatenates the lists in hits_ and returns the total work. Results of one query are
-// sorted by id, without duplicates.
-template <class State, class Prepare, class Run>
+// Calls run_one(i, list, work) for every query. Concatenates the lists in hits_ and returns the
+// total work. Results of one query are sorted by id, without duplicates.
+template <class Run>
 Work Queries::run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
-                  base::Cancellation& stop, Prepare&& prepare, Run&& run_one) {
+                  base::Cancellation& stop, const Run& run_one) {
   hits_.clear();
-  tasks = count < min_parallel_queries ? 1 : tasks;
   found_.make(tasks);
   base::run_tasks_or_throw(executor, tasks, [&](unsigned t) {
     PodVector<SweepHit>& found = found_[t].hits;
     Work work;
     found.clear();
-    State states[ahead];
-    const std::size_t first = count * t / tasks, end = count * (t + 1) / tasks;
-    for (std::size_t i = first; i < std::min(first + ahead, end); ++i)
-      prepare(i, states[i % ahead]);
-    for (std::size_t i = first; i < end; ++i) {
-      if (stop()) break;
+    for (std::size_t i = count * t / tasks; i < count * (t + 1) / tasks && !stop(); ++i) {
       const std::size_t before = found.size();
-      run_one(i, states[i % ahead], found, work);
-      if (i + ahead < end) prepare(i + ahead, states[i % ahead]);
+      run_one(i, found, work);
       const std::size_t more = found.size() - before;
       if (more >= radix_sort_threshold) found.reserve(found.size() + more);  // scratch for the sort
       SweepHit* const begin = found.begin() + before;
@@ -173,17 +134,9 @@ Work Queries::find_overlaps(const Objects& objects, const QueryIndex& query_inde
     PodVector<SweepHit>& hits;
     ~ClearOnExit() { hits.clear(); }
   } const clear_on_exit{hits_};
-  const Cells* const cells = query_index.cells;
   const FilterCheck allowed(objects, boxes.filters);
   const bool expanded = objects.margin() != 0;
-  const auto prepare = [&](std::size_t i, OverlapState& state) {
-    const Box box = boxes[i];
-    if (!cells || !base::is_active(box)) return;
-    state.worlds = worlds_of(objects, allowed.filter(i));
-    cells->candidates(box, state.worlds, state.candidates);
-  };
-  const auto run_one = [&](std::size_t i, OverlapState& state, PodVector<SweepHit>& found,
-                           Work& work) {
+  const auto run_one = [&](std::size_t i, PodVector<SweepHit>& found, Work& work) {
     const Box box = boxes[i];
     if (!base::is_active(box)) return;
     const Filter filter = allowed.filter(i);
@@ -199,19 +152,18 @@ Work Queries::find_overlaps(const Objects& objects, const QueryIndex& query_inde
     };
     // Both indexes store the boxes with their margin.
     const auto find = [&](ObjectId id) { expanded ? test_object(id) : take(id); };
-    if (cells) {
-      cells->search(box, state.worlds, state.candidates, work, find);
+    if (query_index.cells) {
+      query_index.cells->search(box, worlds_of(objects, filter), work, find);
     } else if (query_index.forest) {
       query_index.forest->search(box, filter, work, find);
-    } else if (columns_pay(query_index, objects, box)) {
+    } else if (query_index.columns_pay(objects, box)) {
       work.visited += query_index.columns->grid_query.each(box, test_object);
       for (const ObjectId id : query_index.columns->changed) test_object(id);
     } else {
       for (std::size_t id = 0; id < objects.limit(); ++id) test_object(static_cast<ObjectId>(id));
     }
   };
-  const Work work =
-      run<OverlapState>(boxes.size(), objects.limit(), executor, tasks, stop, prepare, run_one);
+  const Work work = run(boxes.size(), objects.limit(), executor, tasks, stop, run_one);
   overlaps_.clear();
   overlaps_.reserve(hits_.size());
   for (const SweepHit& hit : hits_) overlaps_.push({hit.sweep, hit.object});
@@ -301,21 +253,29 @@ class HitCollector {
 
   const Objects& objects_;
   const FilterCheck& allowed_;
-  const SweepTest& test_;
+  const SweepTest test_;
   const bool expanded_;
   SweepHit best_;
   PodVector<SweepHit>* const found_;
 };
 
-// Visits the objects that the sweep may hit, where there are no cells or too few objects for them.
-void visit_without_cells(const Objects& objects, const QueryIndex& query_index,
-                         const base::SweptBounds& cover, HitCollector& collector, Work& work) {
+// Visits the objects that the sweep may hit.
+void visit(const Objects& objects, const QueryIndex& query_index, HitCollector& collector,
+           Work& work) {
   const base::MovingBox& sweep = collector.sweep;
-  if (query_index.forest) {
-    query_index.forest->cast(
-        sweep, cover, collector.filter, collector.only_first(), collector.first(), work,
-        [&](const CellLine& line, std::uint32_t k) { collector.test_object(line, k); });
-  } else if (!query_index.cells && columns_pay(query_index, objects, sweep)) {
+  const base::SweptBounds cover(sweep);
+  const auto visit_box = [&](const CellLine& line, std::uint32_t k) {
+    collector.test_object(line, k);
+  };
+  if (query_index.cells) {
+    GridTraversal traversal(*query_index.cells, query_index.blocks,
+                            worlds_of(objects, collector.filter), sweep, cover,
+                            collector.only_first());
+    if (!traversal.traverse(collector.first(), work, visit_box)) collector.test_all(cover, work);
+  } else if (query_index.forest) {
+    query_index.forest->cast(sweep, cover, collector.filter, collector.only_first(),
+                             collector.first(), work, visit_box);
+  } else if (query_index.columns_pay(objects, sweep)) {
     const auto test_object = [&](ObjectId id) {
       ++work.compared;
       collector.test_object(id);
@@ -333,88 +293,29 @@ void visit_without_cells(const Objects& objects, const QueryIndex& query_index,
   }
 }
 
-// Visits the objects that the sweep may hit, by a started traversal of cells.
-void visit_in_cells(GridTraversal& traversal, const base::SweptBounds& cover,
-                    HitCollector& collector, Work& work) {
-  const auto visit = [&](const CellLine& line, std::uint32_t k) { collector.test_object(line, k); };
-  if (!traversal.traverse(collector.first(), work, visit)) collector.test_all(cover, work);
-}
-
-bool uses_cells(const Objects& objects, const QueryIndex& query_index) noexcept {
-  return query_index.cells && objects.limit() > max_linear_objects;
-}
-
 }  // namespace
 
 SweepHit find_first_hit(const Objects& objects, const QueryIndex& query_index, const Cast& cast,
-                        Work& work, std::uint64_t& far) noexcept {
-  const Filters no_filters;
-  const FilterCheck allowed(objects, no_filters);
-  const base::SweptBounds cover(cast.path);
+                        Work& work) noexcept {
+  const FilterCheck allowed(objects, {});
   HitCollector collector(objects, cast, allowed, 0, nullptr);
-  far = 0;
-  if (uses_cells(objects, query_index)) {
-    GridTraversal traversal;
-    traversal.start(*query_index.cells, query_index.blocks, worlds_of(objects, cast.filter),
-                    cast.path, cover, true);
-    visit_in_cells(traversal, cover, collector, work);
-    far = traversal.far_cell_count();
-  } else {
-    visit_without_cells(objects, query_index, cover, collector, work);
-  }
+  visit(objects, query_index, collector, work);
   return collector.best();
 }
 
 Work Queries::find_hits(const Objects& objects, const QueryIndex& query_index, const Sweeps& sweeps,
-                        const Executor& executor, unsigned tasks, base::Cancellation& stop,
-                        std::uint64_t& far) {
+                        const Executor& executor, unsigned tasks, base::Cancellation& stop) {
   const FilterCheck allowed(objects, sweeps.filters);
   const bool only_first = sweeps.which == SweepHits::first;
-  far = 0;
-  // Calls visit(collector) for a sweep.
-  const auto collect = [&](std::size_t i, const base::MovingBox& sweep, PodVector<SweepHit>& found,
-                           auto&& visit) {
-    const Cast cast{sweep, 1, allowed.filter(i), sweeps.test};
-    HitCollector collector(objects, cast, allowed, static_cast<std::uint32_t>(i),
-                           only_first ? nullptr : &found);
-    visit(collector);
-    if (only_first && collector.best().object != none) found.append(collector.best());
-  };
-  if (uses_cells(objects, query_index)) {
-    std::atomic<std::uint64_t> far_cell_count{0};
-    const auto prepare = [&](std::size_t i, SweepState& state) {
-      if (!base::is_active(sweeps.data[i].box)) return;
-      state.sweep = base::MovingBox(sweeps.data[i]);
-      state.cover = base::SweptBounds(state.sweep);
-      state.traversal.start(*query_index.cells, query_index.blocks,
-                            worlds_of(objects, allowed.filter(i)), state.sweep, state.cover,
-                            only_first);
-    };
-    const auto run_one = [&](std::size_t i, SweepState& state, PodVector<SweepHit>& found,
-                             Work& work) {
-      if (!base::is_active(sweeps.data[i].box)) return;
-      collect(i, state.sweep, found, [&](HitCollector& collector) {
-        visit_in_cells(state.traversal, state.cover, collector, work);
-      });
-      if (state.traversal.far_cell_count() != 0)
-        far_cell_count.fetch_add(state.traversal.far_cell_count(), std::memory_order_relaxed);
-    };
-    const Work work =
-        run<SweepState>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, run_one);
-    far = far_cell_count;
-    return work;
-  }
-  struct NoState {};
-  const auto prepare = [](std::size_t, NoState&) {};
-  const auto run_one = [&](std::size_t i, NoState&, PodVector<SweepHit>& found, Work& work) {
+  const auto run_one = [&](std::size_t i, PodVector<SweepHit>& found, Work& work) {
     if (!base::is_active(sweeps.data[i].box)) return;
     const base::MovingBox sweep(sweeps.data[i]);
-    const base::SweptBounds cover(sweep);
-    collect(i, sweep, found, [&](HitCollector& collector) {
-      visit_without_cells(objects, query_index, cover, collector, work);
-    });
+    HitCollector collector(objects, {sweep, 1, allowed.filter(i), sweeps.test}, allowed,
+                           static_cast<std::uint32_t>(i), only_first ? nullptr : &found);
+    visit(objects, query_index, collector, work);
+    if (only_first && collector.best().object != none) found.append(collector.best());
   };
-  return run<NoState>(sweeps.count, objects.limit(), executor, tasks, stop, prepare, run_one);
+  return run(sweeps.count, objects.limit(), executor, tasks, stop, run_one);
 }
 
 }  // namespace throng::tracking

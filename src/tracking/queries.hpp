@@ -34,9 +34,11 @@ struct QueryIndex {
   const BlockOccupancy* blocks = nullptr;  // of these cells, if built
   std::optional<Columns> columns = {};
 
-  // Estimated cost of a query without an index, in ns.
-  double cost(const Objects& objects, const Box& box) const noexcept;
-  double cost(const Objects& objects, const base::MovingBox& sweep) const noexcept;
+  // Estimated cost of a query (Box or base::MovingBox) without an index, in ns.
+  template <class Query>
+  double cost(const Objects& objects, const Query& query) const noexcept;
+  template <class Query>
+  bool columns_pay(const Objects& objects, const Query& query) const noexcept;
 };
 
 // Sweeps, the hits to report, and the filters of their boxes.
@@ -55,9 +57,9 @@ struct Cast {
   Filter filter;
   SweepTest test;
 };
-// The first hit; its object is `none` if there is none. Allocates nothing. `far`: as below.
+// The first hit; its object is `none` if there is none. Allocates nothing.
 SweepHit find_first_hit(const Objects& objects, const QueryIndex& query_index, const Cast& cast,
-                        Work& work, std::uint64_t& far) noexcept;
+                        Work& work) noexcept;
 
 class Queries {
  public:
@@ -72,17 +74,13 @@ class Queries {
   // Throw base::AllocationFailed. Once `stop` is set, the remaining queries are skipped.
   Work find_overlaps(const Objects& objects, const QueryIndex& query_index, const Boxes& boxes,
                      const Executor& executor, unsigned tasks, base::Cancellation& stop);
-  // `far`: the sum of GridTraversal::far_cell_count() of all sweeps.
   Work find_hits(const Objects& objects, const QueryIndex& query_index, const Sweeps& sweeps,
-                 const Executor& executor, unsigned tasks, base::Cancellation& stop,
-                 std::uint64_t& far);
+                 const Executor& executor, unsigned tasks, base::Cancellation& stop);
 
  private:
-  struct OverlapState;
-  struct SweepState;
-  template <class State, class Prepare, class Run>
+  template <class Run>
   Work run(std::size_t count, std::size_t limit, const Executor& executor, unsigned tasks,
-           base::Cancellation& stop, Prepare&& prepare, Run&& run_one);
+           base::Cancellation& stop, const Run& run_one);
 
   grid::Engine& engine_;
   // Results and work of a task.

@@ -1,7 +1,7 @@
-// Owns what a BroadPhase keeps (objects, pairs, indexes) and runs updates and queries. CostModel
-// decides how: around the changed objects in an index, compared with their previous pairs, or from
-// scratch, as by a Finder, merged with the previous pairs. Queries can use the columns of the last
-// full search.
+// Owns what a BroadPhase keeps (objects, pairs, indexes) and runs updates and queries.
+// choose_update() decides how: around the changed objects in an index, compared with their previous
+// pairs, or from scratch, as by a Finder, merged with the previous pairs. Queries can use the
+// columns of the last full search.
 #pragma once
 
 #include <atomic>
@@ -19,7 +19,6 @@
 #include "tracking/local_update.hpp"
 #include "tracking/objects.hpp"
 #include "tracking/pair_set.hpp"
-#include "tracking/pairs_by_object.hpp"
 #include "tracking/queries.hpp"
 
 namespace throng::tracking {
@@ -61,48 +60,47 @@ class Tracker {
   void copy(const Tracker& other) noexcept;
 
  private:
-  void apply_changes(const Options& options, unsigned tasks, Result& result);
-  CostModel::Sizes sizes() const noexcept { return {objects_.count(), pairs_.count()}; }
-  bool prepare_incremental(const Options& options, unsigned tasks, double& budget_ns);
-  void build_index(const Options& options);
+  void find_changes(const Options& options, unsigned team, Result& result);
+  void build_index(Index wanted, const Options& options);
   void build_forest(bool others_unset);
+  void link_pairs();
   void ensure_capacity(const Options& options);
-  bool place_dirty(const Options& options, double max_lines);
-  bool place_in_cells(const ObjectId* dirty, std::size_t count, double max_lines) noexcept;
-  void place_in_forest(const ObjectId* dirty, std::size_t count);
-  bool search_incrementally(const Options& options, unsigned tasks, double budget_ns,
-                            Result& result);
-  void find_all(const Options& options, unsigned tasks, Result& result);
+  bool place(const ObjectId* ids, std::size_t count, double max_lines);
+  bool search_around_changed(const UpdateInput& in, const UpdateChoice& choice, unsigned tasks,
+                             const Options& options, Result& result);
+  void find_all(const Options& options, Result& result);
   static Result find_into(grid::Engine& engine, PodVector<Pair>& found, const Boxes& a,
                           const Boxes* b, float margin, const Options& options);
 
-  // For queries. `concurrent`: others may run at the same time.
-  void place_for_queries(bool concurrent, const Options& options);
-  void note_query_cost(bool concurrent, std::size_t count, double ns, const Options& options);
-  void note_cells_visited(std::uint64_t cells) noexcept;
-  void note_excess_cost(bool concurrent, const Work& work, double expected,
-                        const Options& options) noexcept;
-  void note_query_work(const Work& work, std::size_t queries, std::size_t hits) noexcept;
-  bool build_object_pairs() noexcept;
+  struct Prepared {
+    QueryIndex index;
+    double saved_ns;  // by an index
+  };
+  // `concurrent`: others may run at the same time.
+  template <class Query>
+  Prepared prepare_queries(bool concurrent, std::size_t count, const Query& query,
+                           const Options& options);
+  void place_for_queries(const Options& options);
+  void note_queries(const Prepared& prepared, const Work& work, std::size_t queries,
+                    std::size_t hits, Result& result) noexcept;
   std::optional<Columns> columns() noexcept;
-  QueryIndex query_index() noexcept;
 
   grid::Engine engine_;  // its memory resource serves all members
   Objects objects_;
   PairSet pairs_;
-  PairsByObject by_object_;
   Cells cells_;
   BvhForest forest_;
-  PodVector<ObjectId> insert_queue_;  // scratch: objects to insert into the forest
   Queries queries_;
   base::PerThread<LocalUpdate> local_updates_;
   PodVector<Pair> found_;
-  base::Mutex prepare_mutex_;                    // guards what concurrent queries share
-  std::atomic<bool> placement_valid_{false};     // changed objects are in the index
-  std::atomic<Index> index_{Index::absent};      // contains all objects except changed ones
-  std::atomic<bool> blocks_valid_{false};        // cells_.blocks() is up to date
-  std::atomic<bool> object_pairs_valid_{false};  // by_object_ matches the sorted pairs
-  bool links_valid_ = false;    // the linked form of pairs_ is valid; otherwise the sorted form is
+  base::Mutex prepare_mutex_;                 // guards what concurrent queries share
+  std::atomic<bool> placement_valid_{false};  // changed objects are in the index
+  std::atomic<Index> index_{Index::absent};   // contains all objects except changed ones
+  std::atomic<bool> blocks_valid_{false};     // cells_.blocks() is up to date
+  std::atomic<bool> links_valid_{false};      // the linked form of pairs_ is valid; otherwise the
+                                              // sorted form is
+  std::atomic<std::uint64_t> far_cells_{0};   // that sweeps visited without block data
+  std::atomic<std::uint32_t> pair_scans_{0};  // for the pairs of single objects
   bool columns_valid_ = false;  // the engine's columns hold all objects except those changed since
   CostModel costs_;
 };

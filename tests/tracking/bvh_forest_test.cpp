@@ -37,19 +37,12 @@ class World {
   }
   // Places changed objects. Returns false if the forest was rebuilt.
   bool place_dirty() {
-    std::vector<ObjectId> entering;
     const PodVector<ObjectId>& dirty = objects_.dirty_list();
-    const bool has_capacity_for = forest_.has_capacity_for(dirty.size());
-    if (!has_capacity_for) {
+    if (!forest_.has_capacity_for(dirty.size())) {
       build();
       return false;
     }
-    for (const ObjectId id : dirty) {
-      if (objects_.body(id).bucket != none) forest_.erase(objects_.body(id).bucket);
-      objects_.body(id).bucket = none;
-      if (objects_.is_active(id)) entering.push_back(id);
-    }
-    forest_.insert(objects_, entering.data(), entering.size());
+    forest_.place_all(objects_, dirty.data(), dirty.size());
     objects_.clear_dirty();
     return true;
   }

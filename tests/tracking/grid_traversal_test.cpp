@@ -74,14 +74,13 @@ void check_traversal(const World& w, const BlockOccupancy* blocks, const Sweep& 
   std::set<ObjectId> visited;
   double first = 2;  // of all objects; and as found with early termination
   for (const Hit& m : wanted) first = std::min(first, m.touch.enter);
-  GridTraversal traversal;
   Work work;
   const double never = 2;
-  traversal.start(w.cells(), blocks, {}, path, cover, false);
-  if (!traversal.traverse(never, work, [&](const CellLine& line, std::uint32_t k) {
-        visited.insert(line.id[k]);
-        ++sum.visited;
-      })) {
+  if (!GridTraversal(w.cells(), blocks, {}, path, cover, false)
+           .traverse(never, work, [&](const CellLine& line, std::uint32_t k) {
+             visited.insert(line.id[k]);
+             ++sum.visited;
+           })) {
     ++sum.aborted;
     return;
   }
@@ -99,8 +98,8 @@ void check_traversal(const World& w, const BlockOccupancy* blocks, const Sweep& 
                   << t.leave;
   }
   double found = 2;
-  traversal.start(w.cells(), blocks, {}, path, cover, true);
-  ASSERT_TRUE(traversal.traverse(found, work, [&](const CellLine& line, std::uint32_t k) {
+  GridTraversal to_first(w.cells(), blocks, {}, path, cover, true);
+  ASSERT_TRUE(to_first.traverse(found, work, [&](const CellLine& line, std::uint32_t k) {
     const base::ContactInterval t = base::contact_interval(sweep, objects.body(line.id[k]).box);
     if (t.enter <= t.leave) found = std::min(found, t.enter);
   }));
@@ -290,12 +289,11 @@ TEST(GridTraversal, SkipsEmptyBlocks) {
       const base::MovingBox path(ray);
       const base::SweptBounds cover(path);
       for (const bool passes : {false, true}) {
-        GridTraversal traversal;
         Work work;
         const double never = 2;
-        traversal.start(world.cells(), passes ? &blocks : nullptr, {}, path, cover, false);
+        GridTraversal traversal(world.cells(), passes ? &blocks : nullptr, {}, path, cover, false);
         aborted[passes] += !traversal.traverse(never, work, [](const CellLine&, std::uint32_t) {});
-        visited[passes] += traversal.far_cell_count();
+        visited[passes] += work.far;
       }
       check_traversal(world, &blocks, ray, expected_hits(world.objects(), ray), sum);
     }
@@ -358,11 +356,10 @@ TEST(GridTraversal, Worlds) {
     const base::MovingBox path(ray);
     const base::SweptBounds cover(path);
     std::set<ObjectId> visited;
-    GridTraversal traversal;
     Work work;
     const double never = 2;
     const auto look = [&](const CellLine& line, std::uint32_t k) { visited.insert(line.id[k]); };
-    traversal.start(world.cells(), nullptr, {2, true, false}, path, cover, false);
+    GridTraversal traversal(world.cells(), nullptr, {2, true, false}, path, cover, false);
     ASSERT_TRUE(traversal.traverse(never, work, look));
     for (std::size_t k = 0; k < world.objects().limit(); ++k) {
       const auto id = static_cast<ObjectId>(k);
@@ -372,8 +369,8 @@ TEST(GridTraversal, Worlds) {
       ++met;
       EXPECT_EQ(visited.count(id), 1u);
     }
-    traversal.start(world.cells(), nullptr, {-1, false, true}, path, cover, false);
-    EXPECT_FALSE(traversal.traverse(never, work, look));
+    GridTraversal of_all(world.cells(), nullptr, {-1, false, true}, path, cover, false);
+    EXPECT_FALSE(of_all.traverse(never, work, look));
   }
   EXPECT_GT(met, 300u);
 }
