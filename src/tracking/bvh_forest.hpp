@@ -16,7 +16,7 @@
 //
 // Why no box is lost: the bounds of a node exactly contain those of all boxes below it, as they are
 // minima and maxima of floats. If a box overlaps a query, so do all bounds that contain it. What
-// contact_interval() and CellLineSweepPrefilter accept for a box they accept for any box that
+// contact_interval() and SweepPrefilter accept for a box they accept for any box that
 // contains it, no later and for no shorter time.
 #pragma once
 
@@ -54,7 +54,7 @@ class BvhForest {
   // with `filter`, but not all. Exceptions of f propagate.
   template <class F>
   void search(const Box& box, const Filter& filter, Work& work, F&& f) const;
-  // Calls visit(line, k) once for each box k of a line that passes the CellLineSweepPrefilter,
+  // Calls visit(line, k) once for each box k of a line that passes the SweepPrefilter,
   // except those that the sweep meets after time `first`, which visit() may decrease. Visits nearer
   // children first if `to_first`. `cover`: of the sweep.
   template <class Visit>
@@ -202,7 +202,7 @@ void BvhForest::cast(const base::MovingBox& sweep, const base::SweptBounds& cove
     const base::ContactInterval tree_touch = base::contact_interval(sweep, tree.bounds);
     if (tree_touch.enter > tree_touch.leave || tree_touch.enter > first) continue;
     // No box in the tree is first met later.
-    const CellLineSweepPrefilter prefilter(SweepPrefilterTerms(sweep.box, cover, tree_touch.leave));
+    const SweepPrefilter prefilter(sweep.box, cover, tree_touch.leave);
     std::uint32_t depth = 0;
     stack[depth++] = {tree.root, tree_touch.enter};
     while (depth != 0) {

@@ -27,6 +27,22 @@ struct alignas(64) CellLine {
     const float c[6] = {b.lower.x, b.lower.y, b.lower.z, -b.upper.x, -b.upper.y, -b.upper.z};
     for (int i = 0; i < 6; ++i) corner[i][k] = c[i];
   }
+  void set(const Box& first, const Box& second) noexcept {
+#if defined(THRONG_SSE2)
+    const auto front = [](const Box& b) { return _mm_loadu_ps(&b.lower.x); };
+    const auto back = [](const Box& b) {
+      return _mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(&b.upper.y)));
+    };
+    const __m128 a = front(first), b = front(second);
+    _mm_store_ps(corner[0], _mm_unpacklo_ps(a, b));
+    _mm_store_ps(corner[2], _mm_xor_ps(_mm_unpackhi_ps(a, b), _mm_setr_ps(0, 0, -0.0f, -0.0f)));
+    _mm_store_ps(corner[4],
+                 _mm_xor_ps(_mm_unpacklo_ps(back(first), back(second)), _mm_set1_ps(-0.0f)));
+#else
+    set(0, first);
+    set(1, second);
+#endif
+  }
   Box box(std::uint32_t k) const noexcept {
     return {{corner[0][k], corner[1][k], corner[2][k]},
             {-corner[3][k], -corner[4][k], -corner[5][k]}};

@@ -18,7 +18,7 @@
 //
 // The time interval is that in which the sweep meets the bounds of all boxes in cells.
 // contact_interval() is monotonic, so no such box is met earlier or first met later, and the
-// CellLineSweepPrefilter is limited to the end of that interval. Boxes too wide for cells are
+// SweepPrefilter is limited to the end of that interval. Boxes too wide for cells are
 // tested separately.
 #pragma once
 
@@ -38,7 +38,7 @@ class GridTraversal {
                 const base::MovingBox& sweep, const base::SweptBounds& cover,
                 bool to_first) noexcept;
 
-  // Calls visit(line, k) for each box k of a line that passes the CellLineSweepPrefilter, possibly
+  // Calls visit(line, k) for each box k of a line that passes the SweepPrefilter, possibly
   // several times, until no remaining box can be met before time `first`, which visit() may
   // decrease. Returns false if it gave up because the traversal would visit more cells than a loop
   // over all objects costs.
@@ -92,10 +92,10 @@ class GridTraversal {
   void take_layer(F&& f);
   void list_cells() noexcept;
   template <class F>
-  void visit_listed(const CellLineSweepPrefilter& prefilter, Work& work, F&& visit);
+  void visit_listed(const SweepPrefilter& prefilter, Work& work, F&& visit);
   // Visits the lines of a bucket, first to last.
   template <class F>
-  void visit_chain(const CellLineSweepPrefilter& prefilter, std::uint32_t bucket, Work& work,
+  void visit_chain(const SweepPrefilter& prefilter, std::uint32_t bucket, Work& work,
                    F&& visit) const;
 
   const Cells& cells_;
@@ -137,10 +137,9 @@ bool GridTraversal::traverse(const double& first, Work& work, F&& visit) {
 template <class F>
 bool GridTraversal::visit_layers(const double& first, Work& work, F&& visit) {
   if (cells_.has_wide())
-    visit_chain(CellLineSweepPrefilter(SweepPrefilterTerms(sweep_.box, cover_, 1)),
-                cells_.wide_bucket(), work, visit);
+    visit_chain(SweepPrefilter(sweep_.box, cover_, 1), cells_.wide_bucket(), work, visit);
   if (count_ == 0 && is_over()) return true;
-  const CellLineSweepPrefilter prefilter(SweepPrefilterTerms(sweep_.box, cover_, interval_.leave));
+  const SweepPrefilter prefilter(sweep_.box, cover_, interval_.leave);
   for (;;) {
     visit_listed(prefilter, work, visit);
     if (is_over() || first < cursors_[next_].begin) return true;
@@ -153,7 +152,7 @@ bool GridTraversal::visit_layers(const double& first, Work& work, F&& visit) {
 
 // Appends hits and chains without branches, as in Cells::search_few().
 template <class F>
-void GridTraversal::visit_listed(const CellLineSweepPrefilter& prefilter, Work& work, F&& visit) {
+void GridTraversal::visit_listed(const SweepPrefilter& prefilter, Work& work, F&& visit) {
   struct Hit {
     const CellLine* line;
     std::uint32_t k;
@@ -179,8 +178,8 @@ void GridTraversal::visit_listed(const CellLineSweepPrefilter& prefilter, Work& 
 }
 
 template <class F>
-void GridTraversal::visit_chain(const CellLineSweepPrefilter& prefilter, std::uint32_t bucket,
-                                Work& work, F&& visit) const {
+void GridTraversal::visit_chain(const SweepPrefilter& prefilter, std::uint32_t bucket, Work& work,
+                                F&& visit) const {
   std::uint32_t i = bucket;
   ++work.visited;
   do {

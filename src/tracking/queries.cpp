@@ -204,8 +204,7 @@ class HitCollector {
     work.visited += objects_.limit();
     const double end = sweep.exceeds_floats() ? last_time_or_negative() : 1;
     if (end < 0) return;
-    ObjectSweepPrefilter(SweepPrefilterTerms(sweep.box, cover, end))
-        .each(objects_, [this](ObjectId id) { test_object(id); });
+    SweepPrefilter(sweep.box, cover, end).each(objects_, [this](ObjectId id) { test_object(id); });
   }
 
   const base::MovingBox& sweep;

@@ -25,17 +25,20 @@ struct TestCounts {
 };
 // Tests up to time `end`.
 void check_accepted(const Sweep& sweep, double end, const Body (&four)[4], TestCounts& sum) {
-  const SweepPrefilterTerms terms(sweep.box, base::SweptBounds(sweep), end);
-  const std::uint32_t passes = ObjectSweepPrefilter(terms).passes(four);
+  const SweepPrefilter prefilter(sweep.box, base::SweptBounds(sweep), end);
+  std::uint32_t passes = 0;  // each alone
+  for (unsigned i = 0; i < 4; ++i) {
+    CellLine line = CellLine::empty();
+    line.used = 1;
+    line.set(0, four[i].box);
+    passes |= prefilter.passes(line) << i;
+  }
   for (unsigned i = 0; i < 4; ++i) {
     const bool passed = (passes >> i & 1) != 0;
-    // In a line, alone or with a second box.
+    // The same with a second box.
     CellLine line = CellLine::empty();
-    for (line.used = 0; line.used < 1 + i % 2; ++line.used)
-      line.set(line.used, four[(i + line.used) % 4].box);
-    const std::uint32_t in_line = CellLineSweepPrefilter(terms).passes(line);
-    EXPECT_EQ((in_line & 1) != 0, passed);
-    EXPECT_EQ(in_line >> 1, i % 2 & passes >> (i + 1) % 4);
+    for (; line.used < 2; ++line.used) line.set(line.used, four[(i + line.used) % 4].box);
+    EXPECT_EQ(prefilter.passes(line), (passed ? 1u : 0u) | (passes >> (i + 1) % 4 & 1) << 1);
     const base::ContactInterval t = base::contact_interval(sweep, four[i].box);
     const bool met = base::is_active(four[i].box) && t.enter <= std::min(t.leave, end);
     sum.met += met;
@@ -163,7 +166,7 @@ TEST(SweepPrefilter, FewFalsePositivesOfLongRays) {
   EXPECT_LE(sum.passed, sum.met + sum.met / 20);
 }
 
-// Counts that are no multiple of four, and removed ids.
+// Odd counts, and removed ids.
 TEST(SweepPrefilter, ReportsEachOnce) {
   for (std::size_t count = 0; count < 14; ++count) {
     base::Memory memory(std::pmr::new_delete_resource(), 0);
@@ -178,10 +181,9 @@ TEST(SweepPrefilter, ReportsEachOnce) {
     for (std::size_t i = 2; i < count; i += 5) objects.remove(static_cast<ObjectId>(i));
     const Sweep sweep = {{{-1, 0.5f, 0.5f}, {-1, 0.5f, 0.5f}}, {100, 0, 0}};
     std::vector<ObjectId> got;
-    ObjectSweepPrefilter(SweepPrefilterTerms(sweep.box, base::SweptBounds(sweep), 1))
-        .each(objects, [&](ObjectId id) {
-          if (objects.is_active(id)) got.push_back(id);
-        });
+    SweepPrefilter(sweep.box, base::SweptBounds(sweep), 1).each(objects, [&](ObjectId id) {
+      if (objects.is_active(id)) got.push_back(id);
+    });
     EXPECT_EQ(got, want) << count;
   }
 }
