@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
 #include <iterator>
 #include <memory>
@@ -32,47 +33,69 @@ namespace {
 using base::cost;
 using base::CostTable;
 
-struct Number {
-  const char* name;
-  double CostTable::*at;
-};
-#define THRONG_NUMBER(name) \
-  { #name, &CostTable::name }
-constexpr Number numbers[] = {
-    THRONG_NUMBER(box_ns),
-    THRONG_NUMBER(replica_ns),
-    THRONG_NUMBER(record_ns),
-    THRONG_NUMBER(column_ns),
-    THRONG_NUMBER(empty_ns),
-    THRONG_NUMBER(brute_force_ns),
-    THRONG_NUMBER(brute_force_boxes),
-    THRONG_NUMBER(extent_steps),
-    THRONG_NUMBER(refine_boxes),
-    THRONG_NUMBER(refine_sweep_ns),
-    THRONG_NUMBER(refine_share),
-    THRONG_NUMBER(refine_replicas),
-    THRONG_NUMBER(tie_ns),
-    THRONG_NUMBER(forbidden_share),
-    THRONG_NUMBER(world_distance),
-    THRONG_NUMBER(worlds_together_ns),
-    THRONG_NUMBER(separation_ns),
-    THRONG_NUMBER(full_object_ns),
-    THRONG_NUMBER(full_pair_ns),
-    THRONG_NUMBER(local_object_ns),
-    THRONG_NUMBER(comparison_ns),
-    THRONG_NUMBER(average_searches),
-    THRONG_NUMBER(index_build_ns),
-    THRONG_NUMBER(forest_build_ns),
-    THRONG_NUMBER(forest_comparisons),
-    THRONG_NUMBER(forest_pair_comparisons),
-    THRONG_NUMBER(guard),
-    THRONG_NUMBER(class_lines),
-    THRONG_NUMBER(visit_ns),
-    THRONG_NUMBER(index_query_ns),
-    THRONG_NUMBER(parallel_ns),
-};
-#undef THRONG_NUMBER
-static_assert(sizeof(CostTable) == std::size(numbers) * sizeof(double), "every number is listed");
+// The members of CostTable, in order.
+constexpr const char* names[] = {"box_ns",
+                                 "replica_ns",
+                                 "record_ns",
+                                 "column_ns",
+                                 "empty_ns",
+                                 "brute_force_ns",
+                                 "brute_force_boxes",
+                                 "extent_steps",
+                                 "refine_boxes",
+                                 "refine_sweep_ns",
+                                 "refine_share",
+                                 "refine_replicas",
+                                 "tie_ns",
+                                 "forbidden_share",
+                                 "world_distance",
+                                 "worlds_together_ns",
+                                 "separation_ns",
+                                 "sweep_wide.start_ns",
+                                 "sweep_wide.box_ns",
+                                 "sweep_wide.long_start_ns",
+                                 "sweep_wide.long_box_ns",
+                                 "sweep_narrow.start_ns",
+                                 "sweep_narrow.box_ns",
+                                 "sweep_narrow.long_start_ns",
+                                 "sweep_narrow.long_box_ns",
+                                 "sweep_scalar.start_ns",
+                                 "sweep_scalar.box_ns",
+                                 "sweep_scalar.long_start_ns",
+                                 "sweep_scalar.long_box_ns",
+                                 "broadcast_window",
+                                 "shared_steps",
+                                 "set_ratio",
+                                 "set_window",
+                                 "threads_boxes",
+                                 "team_boxes",
+                                 "wide_columns",
+                                 "stream_bytes",
+                                 "full_object_ns",
+                                 "full_pair_ns",
+                                 "local_object_ns",
+                                 "comparison_ns",
+                                 "average_searches",
+                                 "index_build_ns",
+                                 "forest_build_ns",
+                                 "forest_comparisons",
+                                 "forest_pair_comparisons",
+                                 "guard",
+                                 "class_lines",
+                                 "visit_ns",
+                                 "index_query_ns",
+                                 "parallel_ns"};
+constexpr std::size_t number_count = std::size(names);
+static_assert(sizeof(CostTable) == number_count * sizeof(double), "every number has a name");
+
+double get(const CostTable& table, std::size_t k) {
+  double value;
+  std::memcpy(&value, reinterpret_cast<const char*>(&table) + k * sizeof value, sizeof value);
+  return value;
+}
+void set(CostTable& table, std::size_t k, double value) {
+  std::memcpy(reinterpret_cast<char*>(&table) + k * sizeof value, &value, sizeof value);
+}
 
 // Other values of some numbers: "tie_ns=0,box_ns=2".
 CostTable parse_table(const std::string& text) {
@@ -80,15 +103,14 @@ CostTable parse_table(const std::string& text) {
   for (const std::string& part : CLI::detail::split(text, ',')) {
     const std::size_t equals = part.find('=');
     const std::string name = part.substr(0, equals);
-    const auto* const found = std::find_if(std::begin(numbers), std::end(numbers),
-                                           [&](const Number& n) { return name == n.name; });
+    const auto* const found = std::find(std::begin(names), std::end(names), name);
     char* end = nullptr;
     const double value =
         equals == std::string::npos ? 0 : std::strtod(part.c_str() + equals + 1, &end);
-    if (found == std::end(numbers) || !end || *end != '\0' || end == part.c_str() + equals + 1)
+    if (found == std::end(names) || !end || *end != '\0' || end == part.c_str() + equals + 1)
       throw common::Failure(
           fmt::format("--try: found '{}', wanted NAME=NUMBER with a name of cost_table.hpp", part));
-    table.*found->at = value;
+    set(table, static_cast<std::size_t>(found - names), value);
   }
   return table;
 }
@@ -125,6 +147,32 @@ CostCase search_case(const std::string& name, std::shared_ptr<const Case> c, Ord
                   const double ms = time_ms([&] { require(finder.find(boxes)); });
                   // The first after a change of plan may allocate.
                   if (round >= 0 && f > 0) times[v].push_back(ms);
+                }
+              }
+            }
+            return times;
+          }};
+}
+
+// The boxes as two sets: one of `every` is in the second.
+CostCase two_sets_case(const std::string& name, const Case& c, std::size_t every) {
+  auto sets = std::make_shared<std::vector<Box>[]>(2);
+  for (std::size_t i = 0; i < c.objects; ++i)
+    sets[i % every == 0 ? 1 : 0].push_back(c.frames[0][i]);
+  return {fmt::format("{}, one in {}", name, every), 0.25,
+          [sets](const std::vector<CostTable>& tables, int rounds) {
+            Options options;
+            options.backend = Backend::cpu;
+            options.threads = 1;
+            Finder finder(options);
+            std::vector<std::vector<double>> times(tables.size());
+            for (int round = -1; round < rounds; ++round) {
+              for (std::size_t k = 0; k < tables.size(); ++k) {
+                const std::size_t v = (k + static_cast<std::size_t>(round + 1)) % tables.size();
+                cost = tables[v];
+                for (int call = 0; call < 3; ++call) {
+                  const double ms = time_ms([&] { require(finder.find(sets[0], sets[1])); });
+                  if (round >= 0 && call > 0) times[v].push_back(ms);
                 }
               }
             }
@@ -172,6 +220,8 @@ std::vector<CostCase> all_cases(const CaseOptions& a, const std::vector<std::str
     const std::string name = fmt::format("{} {}", scene.label, c->objects);
     cases.push_back(search_case(name, c, Order::any));
     if (n <= 10000) cases.push_back(search_case(name + ", sorted", c, Order::canonical));
+    if (n == 10000 && c->worlds.empty())
+      for (const std::size_t every : {2, 100}) cases.push_back(two_sets_case(name, *c, every));
   }
   struct Moving {
     const char* scene;
@@ -246,14 +296,14 @@ int costs_command(int argc, char** argv) {
   std::vector<std::vector<Variant>> runs;
   for (const std::string& text : tries) runs.push_back({{text, "as given", parse_table(text)}});
   if (tries.empty()) {
-    for (const Number& n : numbers) {
-      if (!a.wanted(n.name)) continue;
+    for (std::size_t k = 0; k < number_count; ++k) {
+      if (!a.wanted(names[k])) continue;
       runs.emplace_back();
       for (const double factor : {0.5, 2.0}) {
         CostTable table = cost;
-        table.*n.at *= factor;
-        runs.back().push_back(
-            {n.name, fmt::format("{:g} for {:g}", table.*n.at, cost.*n.at), table});
+        const double own = get(cost, k);
+        set(table, k, factor * own);
+        runs.back().push_back({names[k], fmt::format("{:g} for {:g}", factor * own, own), table});
       }
     }
   }

@@ -81,7 +81,7 @@ std::vector<MethodInfo> throng_methods(bool isas) {
       method("Throng, cold", "a new Finder each time", automatic, Form::cold),
       method("Throng, find_pairs", "returns a new vector each time", automatic, Form::vector)};
   if (!isas) return all;
-  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
+  for (const Isa isa : all_isas) {
     if (!supported(isa)) continue;
     Options o;
     o.isa = isa;

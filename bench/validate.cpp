@@ -54,7 +54,7 @@ std::vector<Way> ways(std::size_t objects) {
   options.order = Order::canonical;
   options.algorithm = Algorithm::grid;
   options.backend = Backend::cpu;
-  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
+  for (const Isa isa : all_isas) {
     options.isa = isa;
     options.threads = 1;
     if (Finder(options).find(Boxes()).status == Status::unsupported_isa) continue;

@@ -163,7 +163,7 @@ class Reader {
     o.order = choice(u32(), Order::canonical, "order");
     o.backend = choice(u32(), Backend::emulated, "backend");
     o.nan = choice(u32(), NanPolicy::inactive, "treatment of NaN");
-    o.isa = choice(u32(), Isa::wasm, "instruction set");
+    o.isa = choice(u32(), *std::rbegin(all_isas), "instruction set");
     o.margin = f32();
     o.cell_scale = f32();
     o.threads = u32();
@@ -299,7 +299,7 @@ class Reader {
     }
     a.backend = choice(u32(), Backend::emulated, "backend");
     a.algorithm = choice(u32(), Algorithm::grid, "algorithm");
-    a.isa = choice(u32(), Isa::wasm, "instruction set");
+    a.isa = choice(u32(), *std::rbegin(all_isas), "instruction set");
     a.threads = u32();
     return a;
   }

@@ -62,12 +62,10 @@ std::size_t Comparison::run(bool full, const std::function<void(const Row&)>& on
   const double max_comparisons = !has(Isa::sse4) && !has(Isa::neon) ? 1e10 : 1e11;
   run_all_forms_ = full || (tests < 1e9 && expected_pairs_.pairs().size() < 2000000);
   for (const Algorithm algorithm : {Algorithm::automatic, Algorithm::grid, Algorithm::all_pairs}) {
-    for (const Isa isa :
-         {Isa::automatic, Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
-      const bool skip = algorithm == Algorithm::all_pairs && !run_all_forms_ &&
-                        (isa != Isa::automatic || tests > max_comparisons);
-      if (has(isa)) row(Backend::cpu, algorithm, isa, skip);
-    }
+    const bool skip_all_pairs = algorithm == Algorithm::all_pairs && !run_all_forms_;
+    row(Backend::cpu, algorithm, Isa::automatic, skip_all_pairs && tests > max_comparisons);
+    for (const Isa isa : all_isas)
+      if (has(isa)) row(Backend::cpu, algorithm, isa, skip_all_pairs);
   }
   // The device pipeline on the CPU, and on a GPU where there is one.
   const bool gpu = cuda::available().ok();

@@ -115,12 +115,8 @@ Options to_options(const InputArguments& input, const SearchArguments& search) {
   options.order = search.order == "canonical" ? Order::canonical : Order::any;
   options.nan = input.nan_inactive ? NanPolicy::inactive : NanPolicy::refuse;
   options.inverted = input.refuses_inverted ? InvertedPolicy::refuse : InvertedPolicy::inactive;
-  options.isa = search.isa == "scalar"   ? Isa::scalar
-                : search.isa == "sse4"   ? Isa::sse4
-                : search.isa == "avx2"   ? Isa::avx2
-                : search.isa == "avx512" ? Isa::avx512
-                : search.isa == "neon"   ? Isa::neon
-                                         : Isa::automatic;
+  for (const Isa isa : all_isas)
+    if (search.isa == to_string(isa)) options.isa = isa;
   options.margin = input.margin;
   options.threads = search.threads;
   return options;

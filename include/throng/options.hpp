@@ -45,6 +45,9 @@ enum class Isa : std::uint8_t {
   neon,
   wasm,  // WebAssembly, 128 bits
 };
+// All instruction sets; of those of one processor, the later, the wider.
+inline constexpr Isa all_isas[] = {Isa::scalar, Isa::sse4, Isa::avx2,
+                                   Isa::avx512, Isa::neon, Isa::wasm};
 
 enum class NanPolicy : std::uint8_t {
   refuse,    // a box with a NaN is an error

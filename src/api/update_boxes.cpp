@@ -11,6 +11,7 @@
 #include "base/threads.hpp"
 #include "base/update_boxes.hpp"
 #include "bodies/body_boxes.hpp"
+#include "grid/engine.hpp"
 #include "grid/sweep/kernel_table.hpp"
 #include "update_boxes.hpp"
 #include "validate.hpp"
@@ -19,10 +20,6 @@ namespace throng {
 namespace {
 
 using ull = unsigned long long;
-
-// A second thread pays from about here on: some 10 ns per body against some 20 us to wake the
-// thread.
-constexpr std::size_t threads_pay_from = 8192;
 
 // Checks that the array is not null, has one value per body if `bodies` is given, and has a stride
 // that is a multiple of a float's alignment.
@@ -146,7 +143,7 @@ Result update_boxes(const Bodies& bodies, Box* out, const UpdateOptions& options
 
   const std::size_t n = bodies.size();
   r.plan.isa = kernels->isa;
-  r.plan.threads = n < threads_pay_from ? 1 : base::threads_of(options);
+  r.plan.threads = grid::threads_for(n, options);
   base::Cancellation stop(options.stop);
   if (n != 0) {
     const bodies::BodyReport report = bodies::update_boxes(

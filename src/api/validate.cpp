@@ -131,7 +131,7 @@ bool valid_choice(Enum value, Enum last, const char* option, Result& r) noexcept
 void set_forced_isa_message(Result& r) noexcept {
   char here[64] = "auto";
   std::size_t length = 4;
-  for (const Isa isa : grid::all_isas) {
+  for (const Isa isa : all_isas) {
     if (!grid::find_kernels(isa)) continue;
     length += static_cast<std::size_t>(
         std::snprintf(here + length, sizeof here - length, ", %s", to_string(isa)));
@@ -153,7 +153,7 @@ bool valid_choices(const Options& options, Result& r) noexcept {
          valid_choice(options.backend, Backend::emulated, "Options::backend", r) &&
          valid_choice(options.nan, NanPolicy::inactive, "Options::nan", r) &&
          valid_choice(options.inverted, InvertedPolicy::inactive, "Options::inverted", r) &&
-         valid_choice(options.isa, *std::rbegin(grid::all_isas), "Options::isa", r);
+         valid_choice(options.isa, *std::rbegin(all_isas), "Options::isa", r);
 }
 
 bool valid_executor(const Executor* executor, Result& r) noexcept {
@@ -163,7 +163,7 @@ bool valid_executor(const Executor* executor, Result& r) noexcept {
 }
 
 const grid::Kernels* kernels_for(Isa isa, const char* option, Result& r) noexcept {
-  if (!valid_choice(isa, *std::rbegin(grid::all_isas), option, r)) return nullptr;
+  if (!valid_choice(isa, *std::rbegin(all_isas), option, r)) return nullptr;
   const grid::Kernels* kernels = grid::find_kernels(isa);
   if (kernels) return kernels;
   if (isa == Isa::automatic)

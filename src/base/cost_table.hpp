@@ -1,9 +1,22 @@
-// Every tuned number of the CPU search and of persistent objects: they decide which way is taken,
-// never what is found. scripts/costs measures what each is worth: it changes one at a time and runs
-// the scenes of the benchmark.
+// The tuned numbers by which the CPU search and persistent objects choose between ways to the same
+// result. scripts/costs measures what each is worth: it changes one at a time and runs the scenes
+// of the benchmark. Sizes of buffers, samples and digits stand where they are used.
 #pragma once
 
+#include <algorithm>
+
 namespace throng::base {
+
+// The cost of comparing a box with a window of `window` boxes: the cheaper of two sweeps, one with
+// a cheap start, one with cheap comparisons.
+struct SweepCost {
+  double start_ns, box_ns;
+  double long_start_ns, long_box_ns;
+
+  constexpr double operator()(double window) const noexcept {
+    return std::min(start_ns + box_ns * window, long_start_ns + long_box_ns * window);
+  }
+};
 
 // Times are ns on one thread of the machine of docs/explanation/benchmarks.md; only their ratios
 // matter.
@@ -32,6 +45,21 @@ struct CostTable {
                                    // far apart, relative to any two boxes
   double worlds_together_ns = 25;  // per box: worlds are searched together if that is expected
   double separation_ns = 25;       // per box, to search static boxes separately
+
+  // The sweep: with vectors of 16 coordinates or more, of 8, and without vectors.
+  SweepCost sweep_wide = {0.5, 0.16, 4, 0.08};
+  SweepCost sweep_narrow = {0.5, 0.2, 0.5, 0.2};
+  SweepCost sweep_scalar = {1, 2, 1, 2};
+  double broadcast_window = 20;  // targets beyond a vector, from which broadcasting pays
+  double shared_steps = 32;      // queries of a vector continue together for so many steps each
+  double set_ratio = 32;   // two sets are one strip unless one has so many times more boxes there
+  double set_window = 64;  // and while windows are no longer than that
+
+  // Threads and memory (grid/engine.cpp, grid/bin/grid.cpp).
+  double threads_boxes = 6000;     // from so many boxes on a second thread pays
+  double team_boxes = 65536;       // from so many boxes on one problem of many takes all threads
+  double wide_columns = 64;        // a box in more columns is stored apart
+  double stream_bytes = 67108864;  // records leave the last-level cache before they are read
 
   // Updates of persistent objects (tracking/cost_model.cpp).
   double full_object_ns = 18;     // a full search, per object

@@ -12,9 +12,6 @@
 namespace throng::grid {
 namespace {
 
-// Problems of a partition with fewer boxes are solved by one worker; larger ones by all workers.
-constexpr std::uint64_t team_pays_from = 65536;
-
 // The boxes of a search as one problem.
 Problem whole_problem(const Search& search) noexcept {
   const auto side = [](const Boxes& b) {
@@ -71,7 +68,7 @@ std::array<Candidate, 4> Engine::candidates(const Boxes& a, const Boxes* b,
   search.two_sets = b != nullptr;
   search.margin = options.margin;
   const Stats stats = sample_stats(search, whole_problem(search));
-  const SweepCost& sweep_cost = find_kernels(options.isa)->sweep_cost;
+  const SweepCost& sweep_cost = *find_kernels(options.isa)->sweep_cost;
   return {brute_force(stats), cheapest_grid(stats, sweep_cost, 0),
           cheapest_grid(stats, sweep_cost, 1), cheapest_grid(stats, sweep_cost, 2)};
 }
@@ -149,7 +146,7 @@ void Engine::solve_partition(Call& call) {
   Worker* const* workers = workers_.make(call.tasks);
   base::AtomicCounter turns(partition_.problem_count());
   const auto is_large = [&](const Problem& p) {
-    return call.tasks > 1 && box_count(p) >= team_pays_from;
+    return call.tasks > 1 && static_cast<double>(box_count(p)) >= base::cost.team_boxes;
   };
   auto task = [&](unsigned t) {
     search.guarded([&] {
@@ -251,7 +248,7 @@ Result Engine::find(Call& call, const Boxes& a, const Boxes* b, Output* output,
   memory_.set_cap(consumer ? options.memory_cap_bytes : 0);
   Clock total(true);
   const std::uint64_t boxes = box_count(search);
-  call.tasks = boxes < threads_pay_from ? 1 : base::threads_of(options);
+  call.tasks = threads_for(boxes, options);
   r.plan.isa = search.kernels->isa;
   r.plan.threads = call.tasks;
   r.plan.reason = "";

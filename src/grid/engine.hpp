@@ -7,9 +7,11 @@
 #include <throng/finder.hpp>
 #include <throng/options.hpp>
 
+#include "base/cost_table.hpp"
 #include "base/memory.hpp"
 #include "base/output.hpp"
 #include "base/per_thread.hpp"
+#include "base/threads.hpp"
 #include "grid/bin/filter_classes.hpp"
 #include "grid/bin/grid.hpp"
 #include "grid/emit/worker.hpp"
@@ -18,8 +20,11 @@
 
 namespace throng::grid {
 
-// Below this many boxes a second thread costs more than it gains. Measured by throng bench.
-constexpr std::uint64_t threads_pay_from = 6000;
+// The number of threads for so many boxes: of few, a second thread costs more than it gains.
+template <class AnyOptions>
+unsigned threads_for(std::uint64_t boxes, const AnyOptions& options) {
+  return static_cast<double>(boxes) < base::cost.threads_boxes ? 1 : base::threads_of(options);
+}
 
 // A small number of pairs for any number of boxes: half a MiB.
 constexpr std::size_t few_pairs = std::size_t{1} << 16;

@@ -8,6 +8,7 @@
 #include <throng/options.hpp>
 
 #include "base/bounds.hpp"
+#include "base/cost_table.hpp"
 #include "base/memory.hpp"
 #include "base/mutex.hpp"
 #include "base/quantize.hpp"
@@ -82,9 +83,6 @@ struct BinReport {
   }
 };
 
-// From this many bytes on, records leave the last-level cache before they are read: see BinTarget.
-constexpr std::size_t default_stream_bytes = std::size_t{64} << 20;
-
 // A further test of pairs of overlapping boxes, of what the boxes contain.
 class PairTest {
  public:
@@ -114,7 +112,7 @@ struct Search {
   // Boxes of different worlds may be compared: two that span too many columns, or any two.
   bool wide_worlds = false, any_worlds = false;
   const Kernels* kernels = nullptr;
-  std::size_t stream_min_bytes = default_stream_bytes;
+  double stream_bytes = base::cost.stream_bytes;
   const Executor* executor = nullptr;
   base::Memory* memory = nullptr;
   Sink* sink = nullptr;

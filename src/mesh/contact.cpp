@@ -332,7 +332,7 @@ Result ContactSearch::find(const ContactMesh& mesh, double radius, const Options
   candidates_ = {};
   const std::uint64_t elements =
       std::uint64_t{mesh.start.size()} + mesh.edges.count + mesh.faces.count;
-  const unsigned tasks = elements < grid::threads_pay_from ? 1 : base::threads_of(options);
+  const unsigned tasks = grid::threads_for(elements, options);
   const Executor& executor = base::executor_of(options);
   Call call{mesh, radius, options, &executor, tasks, base::Cancellation(options.stop), invalid, {}};
   engine_.memory().set_cap(0);

@@ -122,7 +122,7 @@ MeshResult MeshEngine::find(const MeshCall& call, const Options& options, base::
   const TriangleMesh& b = call.b ? *call.b : a;
   const Executor& executor = base::executor_of(options);
   const std::size_t triangles = a.size() + (call.b ? b.size() : 0);
-  const unsigned tasks = triangles < grid::threads_pay_from ? 1 : base::threads_of(options);
+  const unsigned tasks = grid::threads_for(triangles, options);
   base::Memory& memory = search_.memory();
   const PairKernels& kernels = kernels_for(grid::find_kernels(options.isa)->isa);
   PairInput input;

@@ -310,7 +310,7 @@ TEST_F(COptions, Memory) {
 
 TEST_F(COptions, InstructionSet) {
   throng_options o = defaults();
-  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon, Isa::wasm}) {
+  for (const Isa isa : all_isas) {
     o.isa = static_cast<int>(isa);
     const Seen seen = find(o, boxes_);
     if (!is_supported(isa)) {

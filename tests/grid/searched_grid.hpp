@@ -20,7 +20,7 @@ class SearchedGrid {
     unsigned tasks = 1;
     float cell_scale = 1;
     Isa isa = Isa::automatic;
-    std::size_t stream_min_bytes = default_stream_bytes;
+    double stream_bytes = base::cost.stream_bytes;
   };
   // One set or, with `others`, two.
   SearchedGrid(const tests::BoxList& boxes, const tests::BoxList& others, How how)
@@ -33,7 +33,7 @@ class SearchedGrid {
     search.executor = &base::default_executor();
     search.memory = &memory_;
     search.cell_scale = how.cell_scale;
-    search.stream_min_bytes = how.stream_min_bytes;
+    search.stream_bytes = how.stream_bytes;
     Problem problem;
     problem.queries = {&view_, nullptr, static_cast<std::uint32_t>(boxes.size())};
     problem.targets = {&others_, nullptr, static_cast<std::uint32_t>(others.size())};

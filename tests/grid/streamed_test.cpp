@@ -70,7 +70,7 @@ TEST(Streamed, StartsAtThreshold) {
   if (tests::thread_sanitized) GTEST_SKIP() << tests::one_thread;
   EXPECT_FALSE(SearchedGrid(tests::uniform_boxes(100'000, 4), How{}).buffered());
   if (find_kernels(Isa::automatic)->isa == Isa::scalar) GTEST_SKIP() << "no SIMD available";
-  constexpr int boxes = static_cast<int>(default_stream_bytes / sizeof(Record));
+  constexpr int boxes = static_cast<int>(base::cost.stream_bytes / sizeof(Record));
   EXPECT_TRUE(SearchedGrid(tests::uniform_boxes(boxes, 4), How{}).buffered());
 }
 

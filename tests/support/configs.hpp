@@ -58,7 +58,7 @@ inline bool is_supported(Isa isa) {
 
 inline std::vector<Isa> supported_isas() {
   std::vector<Isa> isas;
-  for (const Isa isa : {Isa::scalar, Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon})
+  for (const Isa isa : all_isas)
     if (isa == Isa::scalar || is_supported(isa)) isas.push_back(isa);
   return isas;
 }

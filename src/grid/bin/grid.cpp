@@ -14,9 +14,6 @@
 namespace throng::grid {
 namespace {
 
-// A box in more columns than this is stored separately and swept over each of them; see
-// sweep/column_search.cpp.
-constexpr std::uint64_t wide_limit = 64;
 constexpr std::uint32_t block_batch = 8;
 // A task's write buffers for all columns.
 constexpr std::size_t bin_buffer_bytes = std::size_t{1} << 20;
@@ -98,7 +95,7 @@ std::uintptr_t BinnedGrid::take_blocks(unsigned task) noexcept {
 unsigned BinnedGrid::choose_buffers(const Search& search, double records) const noexcept {
   constexpr unsigned least = 6, most = 8;
   if (search.kernels->isa == Isa::scalar || search.memory->cap()) return 0;
-  if (records * sizeof(Record) < static_cast<double>(search.stream_min_bytes)) return 0;
+  if (records * sizeof(Record) < search.stream_bytes) return 0;
   for (unsigned bits = most; bits >= least; --bits) {
     if (std::size_t{columns_} << bits <= bin_buffer_bytes && block_bytes_ >> bits != 0) return bits;
   }
@@ -309,7 +306,8 @@ void BinnedGrid::bin_spanning(const base::Quantizer& map, BinTask& task, unsigne
     to[k] = base::column_of(upper[k]);
     touched *= static_cast<std::uint64_t>(to[k] - from[k] + 1);
   }
-  if (touched > wide_limit || column_offset >= max_columns) {
+  // Stored separately and swept over each of its columns: see sweep/column_search.cpp.
+  if (static_cast<double>(touched) > base::cost.wide_columns || column_offset >= max_columns) {
     WideBox wide;
     wide.id = record.id;
     wide.column_offset = column_offset;

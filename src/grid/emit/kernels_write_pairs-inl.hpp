@@ -83,6 +83,7 @@ HWY_INLINE V32 compress(V32 v, std::uint32_t bits) {
 #elif HWY_TARGET == HWY_WASM
   return V32{wasm_i8x16_swizzle(v.raw, wasm_v128_load(front_bytes.of[bits & 15]))};
 #else
+  static_assert(hn::MaxLanes(D32()) <= 8, "wider vectors need a form of their own");
   // Highway's version keeps its table in the function, and GCC copies that to the stack per call.
   const D32 d;
   const hn::Rebind<std::uint8_t, D32> bytes;

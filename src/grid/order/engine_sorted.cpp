@@ -144,7 +144,7 @@ std::size_t Engine::sufficient_bytes(const Call& call) const noexcept {
 std::size_t Engine::sufficient_bytes(const Options& options, std::uint64_t boxes,
                                      bool has_worlds) const noexcept {
   Call call(options);
-  call.tasks = boxes < threads_pay_from ? 1 : base::threads_of(options);
+  call.tasks = threads_for(boxes, options);
   call.partitioned = has_worlds;
   return sufficient_bytes(call, boxes);
 }

@@ -125,7 +125,7 @@ bool plan_worlds(const Search& search, const FilterClasses& filter_classes, Grid
   // Wider columns if there would be too many.
   for (float wider = 1; wider <= 4; wider *= 2) {
     plan =
-        grid::plan(stats, search.kernels->sweep_cost, Algorithm::grid, search.cell_scale * wider);
+        grid::plan(stats, *search.kernels->sweep_cost, Algorithm::grid, search.cell_scale * wider);
     if (plan.map.column_count() * worlds > max_columns) continue;
     plan.worlds = static_cast<std::uint32_t>(worlds);
     plan.expected_ns /= share;
@@ -156,7 +156,7 @@ bool separate_static_pays(const Search& search, const FilterClasses& filter_clas
   for (const unsigned k : {0, 1}) {
     const std::uint64_t count = boxes * taken[k] / std::max(sample.count, 1u);
     const GridPlan plan = grid::plan(measure(of_class[k], taken[k], count, count),
-                                     search.kernels->sweep_cost, Algorithm::grid, 1);
+                                     *search.kernels->sweep_cost, Algorithm::grid, 1);
     comparing[k] = plan.expected_ns;
   }
   const double roots = std::sqrt(comparing[0]) + std::sqrt(comparing[1]);

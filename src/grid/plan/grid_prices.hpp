@@ -12,16 +12,7 @@
 
 namespace throng::grid {
 
-// The cost of comparing a box with a window of `window` boxes, in the ns of base/cost_table.hpp:
-// the cheaper of two sweeps, one with a cheap start, one with cheap comparisons.
-struct SweepCost {
-  double start_ns, box_ns;
-  double long_start_ns, long_box_ns;
-
-  double operator()(double window) const noexcept {
-    return std::min(start_ns + box_ns * window, long_start_ns + long_box_ns * window);
-  }
-};
+using base::SweepCost;
 
 // Prices of all grids that sweep along one axis.
 class GridPrices {

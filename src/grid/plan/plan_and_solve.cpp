@@ -61,9 +61,9 @@ GridPlan make_plan(const Search& search, const Problem& problem, Algorithm force
     few.query_count = problem.queries.count;
     few.target_count = boxes;
     if (forced != Algorithm::grid)
-      return grid::plan(few, search.kernels->sweep_cost, forced, search.cell_scale);
+      return grid::plan(few, *search.kernels->sweep_cost, forced, search.cell_scale);
   }
-  return grid::plan(sample_stats(search, problem), search.kernels->sweep_cost, forced,
+  return grid::plan(sample_stats(search, problem), *search.kernels->sweep_cost, forced,
                     search.cell_scale);
 }
 

@@ -126,7 +126,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   const std::size_t boxes = std::size_t{a.count} + b.count;
   const auto all = static_cast<double>(boxes);
   if (all < cost.refine_boxes || boxes > max_box_count) return false;
-  const SweepCost& sweep_cost = search.kernels->sweep_cost;
+  const SweepCost& sweep_cost = *search.kernels->sweep_cost;
   double sweep_ns = 0;
   if (problem.self) sweep_ns += a.count * estimate_sweep_ns(sweep_cost, a, a);
   sweep_ns +=

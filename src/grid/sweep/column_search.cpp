@@ -25,10 +25,11 @@
 namespace throng::grid {
 namespace {
 
-// A strip of two sets is used unless one set has far more boxes or windows are long: boxes of one
-// set are compared with each other too.
-constexpr std::uint32_t max_set_ratio = 32;
-constexpr double max_mixed_window = 64;
+// Whether a set has far more boxes in a column than the other.
+bool far_more(std::uint32_t most, std::uint32_t least) noexcept {
+  return base::cost.set_ratio * least < most;
+}
+
 constexpr std::uint64_t max_mixed_boxes = 65536;  // boxes; space is reserved twice
 constexpr std::uint32_t max_skipped = 31;         // columns skipped after failures
 
@@ -342,12 +343,13 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
   sweep({&strip, &targets, starts, orientation});
 }
 
-// Two sets as one strip: boxes of one set share a reject bit and are not reported. Returns false,
-// with no pair reported, if the sets are to be compared strip against strip.
+// Two sets as one strip: boxes of one set share a reject bit and are not reported, but they are
+// compared with each other, too. So one set must not have far more boxes, nor windows be long.
+// Returns false, with no pair reported, if the sets are to be compared strip against strip.
 bool ColumnSearch::sweep_mixed(std::uint32_t column, std::span<const ColumnBoxes> sides) {
   const auto [least, most] = std::minmax(sides[0].records, sides[1].records);
   // Without vectors, comparisons within a set cost more than they save.
-  if (least < most / max_set_ratio || search_.kernels->isa == Isa::scalar) return false;
+  if (far_more(most, least) || search_.kernels->isa == Isa::scalar) return false;
   if (skipped_ < skip_limit_) {
     ++skipped_;
     return false;
@@ -356,7 +358,7 @@ bool ColumnSearch::sweep_mixed(std::uint32_t column, std::span<const ColumnBoxes
   Part part{sides, 0, scratch_.query_strip};
   sort({&part, 1});
   const Strip& all = part.strip;
-  const bool pays = mean_window(all) <= max_mixed_window;
+  const bool pays = mean_window(all) <= base::cost.set_window;
   if (pays) {
     sweep({&all, &all, nullptr, forward()});
     for (unsigned side = 0; side < 2; ++side) sweep_wide(column, side, all, forward());
@@ -391,7 +393,7 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   for (unsigned few = 0; few < 2 && !problem_.self; ++few) {
     // A wide box of the smaller set may overlap any.
     ColumnBoxes &one = sides[few], &other = sides[1 - few];
-    if (grid_.wide_count_[few] == 0 && one.records < other.records / max_set_ratio) {
+    if (grid_.wide_count_[few] == 0 && far_more(other.records, one.records)) {
       other = thin_out(other, one);
       break;  // stop here: there is space to thin out one set only
     }

@@ -6,10 +6,10 @@
 
 #include <throng/options.hpp>
 
+#include "base/cost_table.hpp"
 #include "base/quantize.hpp"
 #include "grid/bin/record_output.hpp"
 #include "grid/emit/pair_output.hpp"
-#include "grid/plan/grid_prices.hpp"
 #include "grid/sweep/strip.hpp"
 
 namespace throng::grid {
@@ -73,7 +73,7 @@ struct WorldRange {
 
 struct Kernels {
   Isa isa;
-  SweepCost sweep_cost;
+  const base::SweepCost* sweep_cost;  // of base::cost
   // Bins `count` <= bin_tile boxes, `stride` bytes apart: appends one record per column that a box
   // touches. Lists the boxes that it leaves to the caller: invalid boxes, and those that
   // touch three or more columns on an axis; the scalar kernel leaves all that touch more than one.
@@ -102,10 +102,6 @@ struct Kernels {
   // Sorts the keys and writes the pairs that they encode.
   void (*sort_runs)(const KeyRuns&, Pair* to);
 };
-
-// All instruction sets; on one processor, the later, the wider.
-inline constexpr Isa all_isas[] = {Isa::scalar, Isa::sse4, Isa::avx2,
-                                   Isa::avx512, Isa::neon, Isa::wasm};
 
 // The table of an instruction set; null if this build or processor lacks it. automatic: the one
 // that THRONG_ISA names, else the widest.

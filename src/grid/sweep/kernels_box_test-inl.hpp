@@ -162,6 +162,7 @@ HWY_INLINE hn::Vec<D> narrow(D d, V a, V b) {
 template <class D, class Least, class Mask>
 HWY_INLINE FourVectors<D> overlaps_of_four(D d, const Least& least, hn::Vec<D> query_mask,
                                            const Mask& target_mask) {
+  static_assert(FourVectors<D>::words == 1, "wider vectors need a form of their own");
   const hn::Repartition<std::int8_t, D> d8;
   const hn::Repartition<std::uint8_t, D> du8;
   // A rejected pair is below 0.

@@ -116,10 +116,13 @@ void read_worlds(const std::int32_t* worlds, std::uint32_t count, WorldRange& ra
 void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation, PairOutput& out) {
   for (std::uint32_t i = 0; i < q.count; ++i) {
     const std::uint32_t first = same ? i + 1 : 0;
+    float query[6];
+    for (int k = 0; k < 6; ++k) query[k] = q.corner[k][i];
     for (std::uint32_t j = first; j < t.count; ++j) {
       bool overlap = true;
       for (int k = 0; k < 3; ++k) {
-        overlap &= (q.corner[k][i] <= t.corner[k + 3][j]) & (t.corner[k][j] <= q.corner[k + 3][i]);
+        const float *const lower = t.corner[k].data(), *const upper = t.corner[k + 3].data();
+        overlap &= (query[k] <= upper[j]) & (lower[j] <= query[k + 3]);
       }
       if (!overlap) continue;
       *out.cursor++ = make_pair(orientation, q.id[i], t.id[j]);
@@ -132,7 +135,8 @@ void all_pairs(const Tile& q, const Tile& t, bool same, Orientation orientation,
 }  // namespace
 
 const Kernels scalar_kernels{
-    Isa::scalar,          {1, 2, 1, 2}, bin,       quantized_range, transpose, sweep,
-    match_filter_classes, read_worlds,  all_pairs, nullptr,         nullptr};
+    Isa::scalar, &base::cost.sweep_scalar, bin,         quantized_range, transpose,
+    sweep,       match_filter_classes,     read_worlds, all_pairs,       nullptr,
+    nullptr};
 
 }  // namespace throng::grid

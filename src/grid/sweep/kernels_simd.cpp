@@ -31,13 +31,17 @@ const Kernels& kernels() {
   constexpr Isa isa = HWY_TARGET == HWY_SSE4      ? Isa::sse4
                       : HWY_TARGET == HWY_AVX2    ? Isa::avx2
                       : HWY_TARGET == HWY_AVX3_DL ? Isa::avx512
+                      : HWY_TARGET == HWY_NEON    ? Isa::neon
                       : HWY_TARGET == HWY_WASM    ? Isa::wasm
-                                                  : Isa::neon;
+                                                  : Isa::automatic;
+  static_assert(isa != Isa::automatic, "the name of this target");
   constexpr std::uint32_t pairs_per_vector = hn::MaxLanes(hn::CappedTag<std::uint64_t, 8>());
-  static const Kernels table = [] {
-    Kernels all{isa,    sweep_cost,           bin,         quantized_range, transpose,
-                sweep,  match_filter_classes, read_worlds, all_pairs,       nullptr,
-                nullptr};
+  const base::SweepCost* const cost =
+      coordinate_lanes > 8 ? &base::cost.sweep_wide : &base::cost.sweep_narrow;
+  static const Kernels table = [cost] {
+    Kernels all{
+        isa,         cost,      bin,     quantized_range, transpose, sweep, match_filter_classes,
+        read_worlds, all_pairs, nullptr, nullptr};
     // With fewer than four pairs per vector the radix sort is faster.
     if constexpr (pairs_per_vector >= 4) {
       all.sort_lists = sort_lists<pairs_per_vector>;

@@ -13,7 +13,7 @@
 #include <bit>
 #include <cstring>
 
-#include "grid/plan/grid_prices.hpp"
+#include "base/cost_table.hpp"
 #include "grid/sweep/kernels_sweep_block-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -27,10 +27,9 @@ constexpr bool broadcast_pays = coordinate_lanes > 8;
 // Broadcast is faster than the diagonal sweep (kernels_sweep_diagonal-inl.hpp) if the last window
 // of a vector of queries ends at least this far after its first query. It wastes half of the
 // comparisons of the first broadcast_queries targets.
-constexpr std::uint32_t min_broadcast_window = coordinate_lanes + 20;
-// Fitted, like the number above, to runs over all scenes of the benchmark.
-constexpr SweepCost sweep_cost =
-    broadcast_pays ? SweepCost{0.5, 0.16, 4, 0.08} : SweepCost{0.5, 0.2, 0.5, 0.2};
+HWY_INLINE std::uint32_t min_broadcast_window() {
+  return coordinate_lanes + static_cast<std::uint32_t>(base::cost.broadcast_window);
+}
 
 // Returns v0, v0, v1, v1, ... `wide` is the unsigned tag of twice the width.
 template <class D, class T>
@@ -136,7 +135,7 @@ class BroadcastSweep : public BlockSweep<orientation, BroadcastOrder> {
       sum += end_of(hn::GetLane(hn::MaxOfLanes(d, upper))) - i;
       ++count;
     }
-    return sum >= min_broadcast_window * count;
+    return sum >= min_broadcast_window() * count;
   }
 
   // Sweeps the row of queries from `i` on. If only few have long windows, their rests are appended

@@ -14,6 +14,7 @@
 
 #include <bit>
 
+#include "base/cost_table.hpp"
 #include "grid/sweep/kernels_sweep_block-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -66,6 +67,8 @@ class DiagonalSweep : public BlockSweep<orientation, DiagonalOrder> {
     const Strip s = strip_;  // a local copy: the compiler must assume that the stores may change
                              // the member
     const auto bucket_start = hn::Set(d, static_cast<std::int16_t>(-(1 << s.shift)));
+    // Queries continue together while that takes at most this many steps per query that continues.
+    const auto max_shared_steps = static_cast<std::size_t>(base::cost.shared_steps);
     std::size_t hits_end = hits_.count;
     for (std::size_t i = begin; i < end; i += lanes) {
       const Queries<D> queries(DiagonalOrder::queries(s, i));
@@ -94,8 +97,6 @@ class DiagonalSweep : public BlockSweep<orientation, DiagonalOrder> {
 
  private:
   using D = DiagonalOrder::D;
-  // Queries continue together while that takes at most this many steps per query that continues.
-  static constexpr std::size_t max_shared_steps = 32;
 };
 
 }  // namespace throng::grid::HWY_NAMESPACE

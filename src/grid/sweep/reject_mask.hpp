@@ -5,15 +5,17 @@
 
 namespace throng::grid {
 
-// One mask for a box as query, one as target. A pair is rejected if the two share a bit.
+// A box has one mask as query and one as target: the same array unless filters give them different
+// bits. A pair is rejected if the query's and the target's mask share a bit.
 //
-//   bits      set by                          two boxes share one if
-//   0 - 2     OwnerRule, from the records     both start in an earlier column, on axis 0, 1 or 2
-//   3 - 11    nested(), a level each          the same, in the column of an enclosing grid
-//   3, 4      of_set(), without nesting       both are of the first set, or both of the second
-//   9 - 14    FilterClasses, from two levels  a filter forbids the pair; see filter_classes.hpp
+//   from bit     set by                       two boxes share one if
+//   0            OwnerRule, from the records  both start in an earlier column, on axis 0, 1 or 2
+//   3, 6, ...    nested(), three per level    the same, in the column of an enclosing grid
+//   set_bit      of_set(), without nesting    both are of the first set, or both of the second
+//   filter_bit   FilterClasses                a filter forbids the pair; see filter_classes.hpp
 //
-// Bit 15 stays 0: the vector kernels compare masks as signed numbers.
+// Grids with filters have fewer levels, so that these do not meet. Bit 15 stays 0: the vector
+// kernels compare masks as signed numbers.
 class RejectMask {
  public:
   static constexpr unsigned bits_per_level = 3, set_bit = 3, filter_bit = 9, filter_bits = 6;
