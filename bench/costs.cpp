@@ -128,29 +128,38 @@ struct CostCase {
       run;
 };
 
+// Times search(finder, call) with each table, three calls in a row; the first after a change of
+// plan may allocate and does not count.
+template <class Search>
+std::vector<std::vector<double>> time_searches(const std::vector<CostTable>& tables, int rounds,
+                                               Order order, const Search& search) {
+  Options options;
+  options.backend = Backend::cpu;
+  options.threads = 1;
+  options.order = order;
+  Finder finder(options);
+  std::vector<std::vector<double>> times(tables.size());
+  for (int round = -1; round < rounds; ++round) {
+    for (std::size_t k = 0; k < tables.size(); ++k) {
+      const std::size_t v = (k + static_cast<std::size_t>(round + 1)) % tables.size();
+      cost = tables[v];
+      for (std::size_t call = 0; call < 3; ++call) {
+        const double ms = time_ms([&] { require(search(finder, call)); });
+        if (round >= 0 && call > 0) times[v].push_back(ms);
+      }
+    }
+  }
+  return times;
+}
+
 CostCase search_case(const std::string& name, std::shared_ptr<const Case> c, Order order) {
   return {name, 0.25, [c, order](const std::vector<CostTable>& tables, int rounds) {
-            Options options;
-            options.backend = Backend::cpu;
-            options.threads = 1;
-            options.order = order;
-            Finder finder(options);
-            std::vector<std::vector<double>> times(tables.size());
-            for (int round = -1; round < rounds; ++round) {
-              for (std::size_t k = 0; k < tables.size(); ++k) {
-                const std::size_t v = (k + static_cast<std::size_t>(round + 1)) % tables.size();
-                cost = tables[v];
-                for (std::size_t f = 0; f < 3; ++f) {
-                  Boxes boxes(c->frames[c->index(f)].data(), c->objects);
-                  if (!c->worlds.empty())
-                    boxes.filters.world = {c->worlds.data(), c->objects, sizeof(std::int32_t)};
-                  const double ms = time_ms([&] { require(finder.find(boxes)); });
-                  // The first after a change of plan may allocate.
-                  if (round >= 0 && f > 0) times[v].push_back(ms);
-                }
-              }
-            }
-            return times;
+            return time_searches(tables, rounds, order, [&](Finder& finder, std::size_t f) {
+              Boxes boxes(c->frames[c->index(f)].data(), c->objects);
+              if (!c->worlds.empty())
+                boxes.filters.world = {c->worlds.data(), c->objects, sizeof(std::int32_t)};
+              return finder.find(boxes);
+            });
           }};
 }
 
@@ -161,22 +170,9 @@ CostCase two_sets_case(const std::string& name, const Case& c, std::size_t every
     sets[i % every == 0 ? 1 : 0].push_back(c.frames[0][i]);
   return {fmt::format("{}, one in {}", name, every), 0.25,
           [sets](const std::vector<CostTable>& tables, int rounds) {
-            Options options;
-            options.backend = Backend::cpu;
-            options.threads = 1;
-            Finder finder(options);
-            std::vector<std::vector<double>> times(tables.size());
-            for (int round = -1; round < rounds; ++round) {
-              for (std::size_t k = 0; k < tables.size(); ++k) {
-                const std::size_t v = (k + static_cast<std::size_t>(round + 1)) % tables.size();
-                cost = tables[v];
-                for (int call = 0; call < 3; ++call) {
-                  const double ms = time_ms([&] { require(finder.find(sets[0], sets[1])); });
-                  if (round >= 0 && call > 0) times[v].push_back(ms);
-                }
-              }
-            }
-            return times;
+            return time_searches(tables, rounds, Order::any, [&](Finder& finder, std::size_t) {
+              return finder.find(sets[0], sets[1]);
+            });
           }};
 }
 

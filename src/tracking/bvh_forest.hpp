@@ -46,8 +46,9 @@ class BvhForest {
   void build(Objects& objects, bool others_unset);
   // Whether this many can be inserted, and at most half of the large tree was erased.
   bool has_capacity_for(std::size_t count) const noexcept;
-  // Places these objects, which changed, anew, and sets their places; ids may occur twice.
-  // has_capacity_for(count) must hold. Throws base::AllocationFailed and then changes nothing.
+  // Moves these changed objects in the index, and sets their places; ids may occur
+  // twice. has_capacity_for(count) must hold. Throws base::AllocationFailed and then changes
+  // nothing.
   void place_all(const Objects& objects, const ObjectId* ids, std::size_t count);
 
   // Calls f(id) once for each object that overlaps the box; skips many of those that may not pair

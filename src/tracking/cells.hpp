@@ -67,8 +67,9 @@ class Cells {
     bool all = false;                // every world: `own` is -1, and many others are in use
     const WorldSet* each = nullptr;  // these, too: `own` is -1, and all others are listed
   };
-  // Places these objects, which changed, anew, and sets their buckets; ids may occur twice. Returns
-  // false, with only some of them placed, if searches around them would visit more lines.
+  // Moves these changed objects in the index, and sets their buckets; ids may occur
+  // twice. Returns false, with only some of them placed, if searches around them would visit more
+  // lines.
   bool place_all(const Objects& objects, const ObjectId* ids, std::size_t count,
                  double max_lines) noexcept;
 

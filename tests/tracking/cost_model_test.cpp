@@ -173,7 +173,7 @@ TEST(CostModel, QueriesInCellsMayMakeAForestPay) {
   EXPECT_TRUE(costs.forest_pays(objects));
 }
 
-// The waste of outdated cells tells nothing about new ones.
+// The waste of outdated cells is not that of new ones.
 TEST(CostModel, NewCellsInPlaceOfOutdatedOnesStartAnew) {
   CostModel costs;
   costs.add_waste(1e9);
