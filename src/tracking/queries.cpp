@@ -258,7 +258,7 @@ class HitCollector {
   PodVector<SweepHit>* const found_;
 };
 
-// Visits the objects that the sweep may hit.
+// Visits the objects that the sweep may hit: all, if they are few.
 void visit(const Objects& objects, const QueryIndex& query_index, HitCollector& collector,
            Work& work) {
   const base::MovingBox& sweep = collector.sweep;
@@ -266,6 +266,7 @@ void visit(const Objects& objects, const QueryIndex& query_index, HitCollector& 
   const auto visit_box = [&](const CellLine& line, std::uint32_t k) {
     collector.test_object(line, k);
   };
+  if (cost_of_all(objects) < cost.index_query_ns) return collector.test_all(cover, work);
   if (query_index.cells) {
     GridTraversal traversal(*query_index.cells, query_index.blocks,
                             worlds_of(objects, collector.filter), sweep, cover,
