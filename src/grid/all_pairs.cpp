@@ -45,19 +45,22 @@ Tile BoxTiles::tile(std::uint32_t index) const noexcept {
   return tile;
 }
 
-void load_all_pairs(Search& search, const Problem& problem, Worker* const* workers,
-                    BinReport& report) {
-  search.guarded([&] {
-    workers[0]->query_floats.load(search, problem.queries, false, report);
-    if (problem.targets.count)
-      workers[0]->target_floats.load(search, problem.targets, true, report);
+BinReport load_all_pairs(const Job& job) {
+  BinReport report;
+  job.search.guarded([&] {
+    const Problem& problem = job.problem;
+    Worker& worker = *job.team[0];
+    worker.query_floats.load(job.search, problem.queries, false, report);
+    if (problem.targets.count) worker.target_floats.load(job.search, problem.targets, true, report);
   });
+  return report;
 }
 
-void find_all_pairs(Search& search, const Problem& problem, Worker* const* workers,
-                    unsigned task_count) {
-  const BoxTiles& queries = workers[0]->query_floats;
-  const BoxTiles& targets = workers[0]->target_floats;
+void find_all_pairs(const Job& job) {
+  Search& search = job.search;
+  const Problem& problem = job.problem;
+  const BoxTiles& queries = job.team[0]->query_floats;
+  const BoxTiles& targets = job.team[0]->target_floats;
   const std::uint64_t rows = problem.queries.count ? queries.tile_count() : 0;
   const std::uint64_t columns = problem.targets.count ? targets.tile_count() : 0;
   // Tile pairs including the diagonal are the strict upper triangle of one more row: (r, c + 1).
@@ -67,26 +70,27 @@ void find_all_pairs(Search& search, const Problem& problem, Worker* const* worke
   // 32 bits, as a box index does.
   constexpr std::uint64_t boxes = BoxTiles::tile_boxes;
   static_assert(boxes >= 2 && max_box_count / boxes + 2 < 0xffffffffu);
-  workers[0]->visited += box_count(problem);
+  job.team[0]->visited += box_count(problem);
   base::AtomicCounter turns(work);
   auto task = [&](unsigned t) {
-    workers[t]->use_brute_force(problem.parent);
+    Worker& worker = *job.team[t];
+    worker.use_brute_force(problem.parent);
     for (std::uint64_t k; turns.take(k) && !search.over();) {
       if (k < triangle) {
         const Pair at = base::pair_of_row_index(k, rows + 1);
         const std::uint32_t r = at.first;
         const std::uint32_t c = at.second - 1;
         search.kernels->all_pairs(queries.tile(r), queries.tile(c), r == c, search.forward(),
-                                  *workers[t]);
+                                  worker);
       } else {
         const std::uint64_t cell = k - triangle;
         search.kernels->all_pairs(queries.tile(static_cast<std::uint32_t>(cell / columns)),
                                   targets.tile(static_cast<std::uint32_t>(cell % columns)), false,
-                                  search.forward(), *workers[t]);
+                                  search.forward(), worker);
       }
     }
   };
-  base::run_tasks(*search.executor, task_count, task);
+  base::run_tasks(*search.executor, static_cast<unsigned>(job.team.size()), task);
 }
 
 }  // namespace throng::grid

@@ -3,11 +3,9 @@
 
 #include <cstdint>
 
-#include "grid/search.hpp"
+#include "grid/job.hpp"
 
 namespace throng::grid {
-
-class Worker;
 
 // Boxes of one subset as floats, one array per coordinate. Inactive ones are all NaN: they overlap
 // nothing.
@@ -33,9 +31,9 @@ class BoxTiles {
   Row corner_[6];
 };
 
-// Reads the boxes of a problem into the float arrays of workers[0].
-void load_all_pairs(Search&, const Problem&, Worker* const* workers, BinReport&);
+// Reads the boxes of a problem into the float arrays of the first worker.
+BinReport load_all_pairs(const Job&);
 // Finds the pairs of the loaded boxes.
-void find_all_pairs(Search&, const Problem&, Worker* const* workers, unsigned task_count);
+void find_all_pairs(const Job&);
 
 }  // namespace throng::grid

@@ -7,7 +7,9 @@
 #include "base/threads.hpp"
 #include "grid/engine_call.hpp"
 #include "grid/plan/filter_planning.hpp"
-#include "grid/plan/plan_and_solve.hpp"
+#include "grid/plan/make_plan.hpp"
+#include "grid/steps.hpp"
+#include "grid/sweep/sweep_columns.hpp"
 
 namespace throng::grid {
 namespace {
@@ -73,6 +75,10 @@ std::array<Candidate, 4> Engine::candidates(const Boxes& a, const Boxes* b,
           cheapest_grid(stats, sweep_cost, 1), cheapest_grid(stats, sweep_cost, 2)};
 }
 
+Job Engine::job_of(Call& call) {
+  return {call.search, call.problem, call.plan, {workers_.make(call.tasks), call.tasks}};
+}
+
 // All steps before the first pair: partition, plan, binning, NaN check.
 void Engine::prepare(Call& call) {
   THRONG_RANGE("plan and bin");
@@ -100,10 +106,7 @@ void Engine::prepare(Call& call) {
     std::copy(call.plan.map.columns, call.plan.map.columns + 3, r.plan.columns);
     r.plan.expected_ns = call.plan.expected_ns;
     r.plan.reason = call.plan.reason;
-    if (call.plan.all_pairs)
-      load_all_pairs(search, call.problem, workers, report);
-    else
-      grid_.bin(search, call.problem, call.plan, workers, call.tasks, report);
+    report = bin(job_of(call), grid_);
     has_grid_ = !call.plan.all_pairs;
     grid_plan_ = call.plan;
   }
@@ -128,10 +131,8 @@ void Engine::pass(Call& call, Sink& sink) {
   for (unsigned t = 0; t < call.tasks; ++t) workers[t]->begin(search);
   if (call.partitioned)
     solve_partition(call);
-  else if (call.plan.all_pairs)
-    find_all_pairs(search, call.problem, workers, call.tasks);
   else
-    grid_.find(search, call.problem, call.plan, workers, call.tasks, 0);
+    sweep(job_of(call), grid_);
   for (unsigned t = 0; t < call.tasks; ++t) {
     if (!search.failed()) workers[t]->finish();
     call.result.comparisons += workers[t]->comparisons;
@@ -162,15 +163,10 @@ void Engine::solve_partition(Call& call) {
   for (std::uint32_t i = 0; i < partition_.problem_count() && !search.over(); ++i) {
     const Problem& p = partition_.problem(i);
     if (!is_large(p)) continue;
-    BinReport ignored;
     const GridPlan plan = make_plan(search, p, call.options.algorithm);
-    if (plan.all_pairs) {
-      load_all_pairs(search, p, workers, ignored);
-      find_all_pairs(search, p, workers, call.tasks);
-      continue;
-    }
-    grid_.bin(search, p, plan, workers, call.tasks, ignored);
-    if (!search.failed()) grid_.find(search, p, plan, workers, call.tasks, 0);
+    const Job job{search, p, plan, {workers, call.tasks}};
+    bin(job, grid_);
+    if (!search.failed()) sweep(job, grid_);
   }
 }
 
@@ -181,8 +177,7 @@ void Engine::reserve_output(Call& call, Output& output) {
   std::size_t guess = static_cast<std::size_t>(std::min<std::uint64_t>(most, few_pairs));
   Worker& worker = *workers_.make(call.tasks)[0];
   if (has_grid_)
-    guess =
-        std::max(guess, grid_.estimate_pair_count(call.search, call.problem, call.plan, worker));
+    guess = std::max(guess, estimate_pair_count(job_of(call), grid_));
   else if (call.partitioned)
     guess = std::max(guess,
                      partition_.estimate_pair_count(call.search, call.options.algorithm, worker));

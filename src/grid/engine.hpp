@@ -92,6 +92,7 @@ class Engine {
   struct Call;
   Result find(Call&, const Boxes& a, const Boxes* b, Output*, const Consumer*);
   void round(Call&);
+  Job job_of(Call&);
   void prepare(Call&);
   void pass(Call&, Sink&);
   void reserve_output(Call&, Output&);

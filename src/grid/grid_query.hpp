@@ -32,14 +32,14 @@ class GridQuery {
   std::uint32_t columns_between(const Vec3& a, const Vec3& b) const noexcept;
   // The cost of each() for a region of `columns` columns, in ns; only ratios matter.
   double cost(std::uint64_t columns) const noexcept {
-    return record_ns * grid_.wide_count_[0] +
+    return record_ns * static_cast<double>(grid_.wide(0).size()) +
            static_cast<double>(columns) * (column_ns + record_ns * records_per_column());
   }
 
  private:
   static constexpr double column_ns = 60, record_ns = 1;
   double records_per_column() const noexcept {
-    return static_cast<double>(grid_.record_bound()) / grid_.columns_;
+    return static_cast<double>(grid_.record_bound()) / grid_.column_count();
   }
   // The quantized ends of a region.
   struct Ends {
@@ -134,7 +134,7 @@ inline std::uint32_t GridQuery::columns_between(const Vec3& a, const Vec3& b) co
 
 template <class F>
 std::uint64_t GridQuery::each(const Box& region, F&& f) const {
-  std::uint64_t visited = grid_.wide_count_[0];
+  std::uint64_t visited = grid_.wide(0).size();
   const Ends r = ends_of(region);
   std::int32_t c[3];
   const auto first = [&](int k) { return base::column_of(r.lower[k]); };
@@ -147,15 +147,14 @@ std::uint64_t GridQuery::each(const Box& region, F&& f) const {
           column += static_cast<std::uint32_t>(c[k]) * plan_.map.stride[k];
         const QuantizedRegion words(r, c);
         ++visited;
-        grid_.each_record(column, [&](const Record& record) {
+        grid_.each_record(column, 0, [&](const Record& record) {
           ++visited;
           if (words.overlap(record)) f(record.id);
         });
       }
     }
   }
-  for (std::uint32_t i = 0; i < grid_.wide_count_[0]; ++i) {
-    const WideBox& box = grid_.wide_[0][i];
+  for (const WideBox& box : grid_.wide(0)) {
     bool apart = false;
     for (int k = 0; k < 3; ++k) apart |= box.lower[k] > r.upper[k] || box.upper[k] < r.lower[k];
     if (!apart) f(box.id);

@@ -47,6 +47,9 @@ struct Problem {
   const ParentCell* parent = nullptr;
   // Offset that a grid adds to the labels of targets; if not 0, all labels are distinct.
   std::uint32_t target_id_offset = 0;
+
+  std::uint32_t id_offset(unsigned side) const noexcept { return side == 0 ? 0 : target_id_offset; }
+  const BoxSubset& subset(unsigned side) const noexcept { return side == 0 ? queries : targets; }
 };
 inline std::uint64_t box_count(const Problem& p) noexcept {
   return std::uint64_t{p.queries.count} + p.targets.count;

@@ -6,7 +6,7 @@
 
 #include "base/memory.hpp"
 #include "grid/emit/pair_sink.hpp"
-#include "grid/emit/worker.hpp"
+#include "grid/recursion_scratch.hpp"
 #include "grid/sweep/kernel_table.hpp"
 #include "support/counting_resource.hpp"
 

@@ -7,8 +7,11 @@
 
 #include "base/threads.hpp"
 #include "grid/bin/grid.hpp"
+#include "grid/emit/worker.hpp"
 #include "grid/plan/filter_partition.hpp"
-#include "grid/plan/plan_and_solve.hpp"
+#include "grid/plan/make_plan.hpp"
+#include "grid/steps.hpp"
+#include "grid/sweep/sweep_columns.hpp"
 #include "support/random.hpp"
 
 namespace throng::grid {
@@ -45,11 +48,11 @@ Estimate estimate_pair_count(const BoxList& boxes, const BoxList* others, float 
   BinnedGrid grid(memory);
   Worker worker(memory);
   Worker* const workers[] = {&worker};
-  BinReport report;
   worker.begin(search);
-  grid.bin(search, problem, plan, workers, 1, report);
+  const Job job{search, problem, plan, workers};
+  bin(job, grid);
   search.stop = stop;
-  const std::size_t estimated = grid.estimate_pair_count(search, problem, plan, worker);
+  const std::size_t estimated = grid::estimate_pair_count(job, grid);
   EXPECT_EQ(search.sink, nullptr);
   return {estimated, search.failed()};
 }

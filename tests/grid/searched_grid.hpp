@@ -9,7 +9,9 @@
 #include "base/per_thread.hpp"
 #include "base/threads.hpp"
 #include "grid/bin/grid.hpp"
-#include "grid/plan/plan_and_solve.hpp"
+#include "grid/emit/worker.hpp"
+#include "grid/plan/make_plan.hpp"
+#include "grid/steps.hpp"
 #include "support/hard_boxes.hpp"
 
 namespace throng::grid {
@@ -44,16 +46,15 @@ class SearchedGrid {
       for (unsigned t = 0; t < how.tasks; ++t) workers[t]->begin(search);
     };
     begin();
-    BinReport report;
-    grid_.bin(search, problem, plan_, workers, how.tasks, report);
-    inactive_ = report.inactive;
+    const Job job{search, problem, plan_, {workers, how.tasks}};
+    inactive_ = bin(job, grid_).inactive;
     std::vector<Pair> spill;
     for (bool fits = false; !fits;) {
       spill.resize(BufferSink::spill_for(how.tasks, pairs_.size()));
       BufferSink sink(pairs_.data(), pairs_.size(), spill.data(), spill.size());
       search.sink = &sink;
       begin();
-      grid_.find(search, problem, plan_, workers, how.tasks, 0);
+      sweep(job, grid_);
       for (unsigned t = 0; t < how.tasks; ++t) workers[t]->finish();
       sink.close();
       fits = sink.found() <= pairs_.size();

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/quantize.hpp"
-#include "grid/emit/worker.hpp"
+#include "grid/recursion_scratch.hpp"
 #include "grid/sweep/kernel_table.hpp"
 #include "support/configs.hpp"
 #include "support/random.hpp"

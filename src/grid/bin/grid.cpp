@@ -1,15 +1,13 @@
-// Binning: every box into every column that it touches. Finding the pairs of all columns follows.
 #include "grid/bin/grid.hpp"
 
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <numeric>
 
 #include "base/sse2.hpp"
 #include "base/threads.hpp"
-#include "grid/all_pairs.hpp"
-#include "grid/plan/estimate_pair_count.hpp"
-#include "grid/sweep/column_search.hpp"
+#include "grid/emit/worker.hpp"
 
 namespace throng::grid {
 namespace {
@@ -27,6 +25,41 @@ void column_offsets_of(const Strided<std::int32_t>& worlds, std::size_t begin, s
   }
 }
 
+// Writes the last records of a column to its block.
+inline void flush_buffer(const BinTask& task, std::uint32_t column) {
+  const std::uintptr_t end = task.tail[column];
+  if (end == 0) return;
+  const std::size_t bytes = ((end - 1) & task.buffer_mask()) + 1;
+  std::memcpy(reinterpret_cast<void*>(end - bytes), task.buffer(column), bytes);
+}
+
+// A record as two 64-bit words, to modify it in registers: narrow stores would block store
+// forwarding to the wide load that follows.
+struct RecordWords {
+  std::uint64_t low, high;  // lower 0, 1, 2, upper 0; upper 1, 2, id
+  explicit RecordWords(const Record& r) { std::memcpy(this, &r, sizeof r); }
+  // The box begins in an earlier column on the axis.
+  void begins_before(int axis, bool before) {
+    low &= ~(std::uint64_t{before ? 0xffffu : 0u} << (16 * axis));
+  }
+  // The box ends in a later column on the axis.
+  void ends_after(int axis, bool after) {
+    const std::uint64_t ones = after ? base::max_quantized : 0u;
+    low |= axis == 0 ? ones << 48 : 0;
+    high |= axis == 1 ? ones : (axis == 2 ? ones << 16 : 0);
+  }
+};
+static_assert(sizeof(RecordWords) == sizeof(Record));
+
+inline void append(BinTask& task, std::uint32_t column, const RecordWords& r) {
+  if (task.buffers && (task.tail[column] & task.buffer_mask()) == 0) flush_buffer(task, column);
+  const std::uintptr_t to = task.next_slot(column);
+  char* const written =
+      task.buffers ? task.buffer(column) + (to & task.buffer_mask()) : reinterpret_cast<char*>(to);
+  std::memcpy(written, &r, sizeof r);
+  task.tail[column] = to + sizeof r;
+}
+
 }  // namespace
 
 BinnedGrid::BinnedGrid(base::Memory& memory) noexcept
@@ -35,9 +68,7 @@ BinnedGrid::BinnedGrid(base::Memory& memory) noexcept
       tails_(memory),
       order_(memory),
       sizes_(memory),
-      wide_{base::Buffer<WideBox>(memory), base::Buffer<WideBox>(memory)},
-      wide_ids_{base::Buffer<std::uint32_t>(memory), base::Buffer<std::uint32_t>(memory)},
-      wide_labels_{base::Buffer<std::uint32_t>(memory), base::Buffer<std::uint32_t>(memory)} {}
+      wide_{base::Buffer<WideBox>(memory), base::Buffer<WideBox>(memory)} {}
 
 void BinnedGrid::match(const BinnedGrid& other) {
   pool_.match(other.pool_);
@@ -45,33 +76,33 @@ void BinnedGrid::match(const BinnedGrid& other) {
   tails_.match(other.tails_);
   order_.match(other.order_);
   sizes_.match(other.sizes_);
-  for (int side = 0; side < 2; ++side) {
-    wide_[side].match(other.wide_[side]);
-    wide_ids_[side].match(other.wide_ids_[side]);
-    wide_labels_[side].match(other.wide_labels_[side]);
-  }
+  for (int side = 0; side < 2; ++side) wide_[side].match(other.wide_[side]);
 }
 
 std::uintptr_t BinTask::next_block(std::uint32_t column) {
-  using Block = BinnedGrid::Block;
-  if (next_free == free_end) {
-    const std::uintptr_t blocks = grid->take_blocks(task);
-    next_free = blocks ? blocks : dummy;
-    free_end = next_free + block_batch * (blocks ? grid->block_bytes_ : 1);
+  return grid->start_block(*this, column);
+}
+
+std::uintptr_t BinnedGrid::start_block(BinTask& task, std::uint32_t column) {
+  if (task.next_free == task.free_end) {
+    const std::uintptr_t blocks = take_blocks(task.task);
+    task.next_free = blocks ? blocks : task.dummy;
+    task.free_end = task.next_free + block_batch * (blocks ? block_bytes_ : 1);
   }
-  if (grid->pool_exhausted_.load(std::memory_order_relaxed) && next_free - dummy < block_batch) {
-    ++next_free;
-    return dummy + sizeof(Block);
+  if (pool_exhausted_.load(std::memory_order_relaxed) &&
+      task.next_free - task.dummy < block_batch) {
+    ++task.next_free;
+    return task.dummy + sizeof(Block);
   }
-  const std::uintptr_t block = next_free;
-  next_free += grid->block_bytes_;
+  const std::uintptr_t block = task.next_free;
+  task.next_free += block_bytes_;
   Block header{0, 0};
-  if (tail[column]) {
-    header.previous = grid->block_of(tail[column]);
-    header.before = reinterpret_cast<const Block*>(header.previous)->before +
-                    grid->block_bytes_ / sizeof(Record) - 1;
+  if (const std::uintptr_t tail = task.tail[column]) {
+    header.previous = block_of(tail);
+    header.before = reinterpret_cast<const Block*>(header.previous)->before + records_per_block();
   }
-  std::memcpy(buffers ? buffer(column) : reinterpret_cast<char*>(block), &header, sizeof header);
+  std::memcpy(task.buffers ? task.buffer(column) : reinterpret_cast<char*>(block), &header,
+              sizeof header);
   return block + sizeof(Block);
 }
 
@@ -102,12 +133,12 @@ unsigned BinnedGrid::choose_buffers(const Search& search, double records) const 
   return 0;
 }
 
-void BinnedGrid::prepare(const Search& search, const GridPlan& plan, std::size_t boxes,
-                         unsigned task_count) {
+void BinnedGrid::prepare(const Job& job, std::size_t boxes) {
+  const GridPlan& plan = job.plan;
   columns_ = plan.column_count();
-  tasks_ = task_count;
+  tasks_ = static_cast<unsigned>(job.team.size());
   const double records = static_cast<double>(boxes) * plan.replicas * 1.05;
-  const double per_chain = records / (static_cast<double>(columns_) * task_count);
+  const double per_chain = records / (static_cast<double>(columns_) * tasks_);
   // About four blocks per chain: the last of each is half empty.
   block_bytes_ = 32768;
   const double chain_bytes = per_chain * sizeof(Record);
@@ -115,44 +146,42 @@ void BinnedGrid::prepare(const Search& search, const GridPlan& plan, std::size_t
   while (block_bytes_ > least_bytes && static_cast<double>(block_bytes_ * 4) > chain_bytes) {
     block_bytes_ /= 2;
   }
-  const std::size_t chains = std::size_t{columns_} * task_count;
+  const std::size_t chains = std::size_t{columns_} * tasks_;
   const std::size_t blocks =
-      static_cast<std::size_t>(records / static_cast<double>(block_bytes_ / sizeof(Record) - 1)) +
-      std::min(chains, boxes) + 2 * block_batch * task_count + 1;
-  buffer_bits_ = choose_buffers(search, records);
+      static_cast<std::size_t>(records / static_cast<double>(records_per_block())) +
+      std::min(chains, boxes) + 2 * block_batch * tasks_ + 1;
+  buffer_bits_ = choose_buffers(job.search, records);
   char* base = pool_.ensure((blocks + 1) * block_bytes_, true);
   pool_begin_ = (reinterpret_cast<std::uintptr_t>(base) + block_bytes_ - 1) & ~(block_bytes_ - 1);
   pool_blocks_ =
       (pool_.capacity() - (pool_begin_ - reinterpret_cast<std::uintptr_t>(base))) / block_bytes_;
-  regions_.ensure(task_count, true);
-  for (unsigned t = 0; t < task_count; ++t) std::construct_at(&regions_[t]);
+  regions_.ensure(tasks_, true);
+  for (unsigned t = 0; t < tasks_; ++t) std::construct_at(&regions_[t]);
   pool_exhausted_ = false;
   wide_count_[0] = wide_count_[1] = 0;
   tails_.ensure(chains * 2);
 }
 
-void BinnedGrid::bin(Search& search, const Problem& problem, const GridPlan& plan,
-                     Worker* const* workers, unsigned task_count, BinReport& report) {
+BinReport BinnedGrid::bin(const Job& job) {
+  Search& search = job.search;
+  const Problem& problem = job.problem;
+  const double replicas = job.plan.replicas;
+  const auto task_count = static_cast<unsigned>(job.team.size());
   // Under a tight cap the first attempt only counts, so that no byte beyond the need is allocated.
-  std::size_t expected = std::size_t{problem.queries.count} + problem.targets.count;
-  const double expected_bytes = static_cast<double>(expected) * plan.replicas * sizeof(Record);
+  std::size_t expected = static_cast<std::size_t>(box_count(problem));
+  const double expected_bytes = static_cast<double>(expected) * replicas * sizeof(Record);
   if (search.memory->cap() && static_cast<double>(search.memory->cap()) < 3 * expected_bytes)
     expected = 0;
-  id_offset_[1] = problem.target_id_offset;
   for (;;) {
-    prepare(search, plan, expected, task_count);
+    prepare(job, expected);
     base::Mutex merge;
     BinReport total;
     base::ChunkQueue shares[2] = {{problem.queries.count, task_count, bin_tile},
                                   {problem.targets.count, task_count, bin_tile}};
     auto task = [&](unsigned t) {
       search.guarded([&] {
-        Worker& worker = *workers[t];
         BinReport mine;
-        for (unsigned side = 0; side < 2; ++side) {
-          bin_side(search, side ? problem.targets : problem.queries, side, plan, worker, t,
-                   shares[side], mine);
-        }
+        for (unsigned side = 0; side < 2; ++side) bin_side(job, side, t, shares[side], mine);
         const std::lock_guard<base::Mutex> lock(merge);
         total.add(mine);
       });
@@ -160,29 +189,29 @@ void BinnedGrid::bin(Search& search, const Problem& problem, const GridPlan& pla
     base::run_tasks(*search.executor, task_count, task);
     used_blocks_ = 0;
     for (unsigned t = 0; t < task_count; ++t) used_blocks_ += regions_[t].used;
-    if (search.failed()) return;
-    if (!pool_exhausted_) {
-      report = total;
-      return;
-    }
+    if (search.failed() || !pool_exhausted_) return total;
     // More replicas than estimated. The number of blocks needed is known now.
     const std::size_t wanted = used_blocks_ + std::size_t{block_batch} * task_count;
-    expected = static_cast<std::size_t>(static_cast<double>(wanted) *
-                                        static_cast<double>(block_bytes_ / sizeof(Record)) /
-                                        plan.replicas) +
-               1;
+    expected =
+        static_cast<std::size_t>(static_cast<double>(wanted) *
+                                 static_cast<double>(block_bytes_ / sizeof(Record)) / replicas) +
+        1;
   }
 }
 
-void BinnedGrid::bin_side(Search& search, const BoxSubset& side, unsigned index,
-                          const GridPlan& plan, Worker& worker, unsigned t,
-                          base::ChunkQueue& shares, BinReport& report) {
+void BinnedGrid::bin_side(const Job& job, unsigned side, unsigned t, base::ChunkQueue& shares,
+                          BinReport& report) {
+  Search& search = job.search;
+  const GridPlan& plan = job.plan;
+  Worker& worker = *job.team[t];
+  const BoxSubset& subset = job.problem.subset(side);
+  const std::uint32_t id_offset = job.problem.id_offset(side);
   BinTask& task = worker.bin;
   task.grid = this;
   task.task = t;
   task.block_mask = block_bytes_ - 1;
-  if (index == 0) task.next_free = task.free_end = 0;
-  task.tail = tails(t, index);
+  if (side == 0) task.next_free = task.free_end = 0;
+  task.tail = tails(t, side);
   std::memset(task.tail, 0, columns_ * sizeof(std::uintptr_t));
   const std::uintptr_t dummy =
       reinterpret_cast<std::uintptr_t>(worker.dummy_block.ensure(2 * block_bytes_, true));
@@ -191,14 +220,14 @@ void BinnedGrid::bin_side(Search& search, const BoxSubset& side, unsigned index,
   task.buffers = nullptr;
   if (buffer_bits_ != 0) task.buffers = worker.bin_buffers.ensure(bin_buffer_bytes, true);
 
-  const Boxes& boxes = *side.boxes;
+  const Boxes& boxes = *subset.boxes;
   // The kernels read whole groups and slightly beyond. Strides below a box and the last boxes are
   // copied out.
   const bool apart = boxes.stride_bytes() >= sizeof(Box);
-  const char* packed = apart && !side.ids && search.margin == 0 ? boxes.packed_data() : nullptr;
+  const char* packed = apart && !subset.ids && search.margin == 0 ? boxes.packed_data() : nullptr;
   const std::size_t safe = boxes.size() == 0 ? 0 : (boxes.size() - 1) / bin_group * bin_group;
   const bool flat = search.flat;
-  const std::uint32_t* names = side.labels ? side.labels : side.ids;
+  const std::uint32_t* names = subset.labels ? subset.labels : subset.ids;
   alignas(64) float tile[bin_tile * 6 + 1];
   alignas(64) std::uint32_t column_offsets[bin_tile + 16] = {};  // with padding
   task.column_offset = task.column_offset.of(plan.worlds > 1 ? column_offsets : nullptr);
@@ -212,12 +241,14 @@ void BinnedGrid::bin_side(Search& search, const BoxSubset& side, unsigned index,
       if (task.column_offset)
         column_offsets_of(boxes.filters.world, at, count, plan.map.column_count(), column_offsets);
       if (packed && at < safe) {
-        bin_tile_of(search, packed + at * boxes.stride_bytes(), boxes.stride_bytes(), nullptr,
-                    at + id_offset_[index], count, index, plan.map, worker, report);
+        bin_tile_of(job, side,
+                    {packed + at * boxes.stride_bytes(), boxes.stride_bytes(), count, nullptr,
+                     at + id_offset},
+                    task, report);
         continue;
       }
       for (std::uint32_t i = 0; i < count; ++i) {
-        const std::uint32_t id = side.id(at + i);
+        const std::uint32_t id = subset.id(at + i);
         Box box = boxes[id];
         if (search.margin != 0 && base::is_active(box)) box = base::expand(box, search.margin);
         if (flat) {
@@ -227,9 +258,10 @@ void BinnedGrid::bin_side(Search& search, const BoxSubset& side, unsigned index,
         }
         std::memcpy(tile + 6 * i, &box, sizeof box);
       }
-      bin_tile_of(search, reinterpret_cast<const char*>(tile), sizeof(Box),
-                  names ? names + at : nullptr, at + id_offset_[index], count, index, plan.map,
-                  worker, report);
+      bin_tile_of(job, side,
+                  {reinterpret_cast<const char*>(tile), sizeof(Box), count,
+                   names ? names + at : nullptr, at + id_offset},
+                  task, report);
     }
   }
   if (task.buffers) {
@@ -238,57 +270,19 @@ void BinnedGrid::bin_side(Search& search, const BoxSubset& side, unsigned index,
   }
 }
 
-// Writes the last records of a column to its block.
-inline void BinnedGrid::flush_buffer(const BinTask& task, std::uint32_t column) {
-  const std::uintptr_t end = task.tail[column];
-  if (end == 0) return;
-  const std::size_t bytes = ((end - 1) & task.buffer_mask()) + 1;
-  std::memcpy(reinterpret_cast<void*>(end - bytes), task.buffer(column), bytes);
-}
-
-// A record as two 64-bit words, to modify it in registers: narrow stores would block store
-// forwarding to the wide load that follows.
-struct RecordWords {
-  std::uint64_t low, high;  // lower 0, 1, 2, upper 0; upper 1, 2, id
-  explicit RecordWords(const Record& r) { std::memcpy(this, &r, sizeof r); }
-  // The box begins in an earlier column on the axis.
-  void begins_before(int axis, bool before) {
-    low &= ~(std::uint64_t{before ? 0xffffu : 0u} << (16 * axis));
-  }
-  // The box ends in a later column on the axis.
-  void ends_after(int axis, bool after) {
-    const std::uint64_t ones = after ? base::max_quantized : 0u;
-    low |= axis == 0 ? ones << 48 : 0;
-    high |= axis == 1 ? ones : (axis == 2 ? ones << 16 : 0);
-  }
-};
-static_assert(sizeof(RecordWords) == sizeof(Record));
-
-inline void BinnedGrid::append(BinTask& task, std::uint32_t column, const RecordWords& r) {
-  if (task.buffers && (task.tail[column] & task.buffer_mask()) == 0) flush_buffer(task, column);
-  const std::uintptr_t to = task.next_slot(column);
-  char* const written =
-      task.buffers ? task.buffer(column) + (to & task.buffer_mask()) : reinterpret_cast<char*>(to);
-  std::memcpy(written, &r, sizeof r);
-  task.tail[column] = to + sizeof r;
-}
-
-void BinnedGrid::bin_tile_of(Search& search, const char* boxes, std::size_t stride,
-                             const std::uint32_t* ids, std::uint32_t first, std::uint32_t count,
-                             unsigned side, const base::Quantizer& map, Worker& worker,
+void BinnedGrid::bin_tile_of(const Job& job, unsigned side, const BinInput& tile, BinTask& task,
                              BinReport& report) {
-  BinTask& task = worker.bin;
-  search.kernels->bin(map, boxes, stride, ids, first, count, task);
+  job.search.kernels->bin(job.plan.map, tile, task);
   for (std::uint32_t o = 0; o < task.deferred_count; ++o) {
     const std::uint32_t i = task.deferred[o];
     Box box;
-    std::memcpy(&box, boxes + i * stride, sizeof box);
+    std::memcpy(&box, tile.boxes + i * tile.stride, sizeof box);
     if (base::is_active(box)) {
-      bin_spanning(map, task, side, box, task.first_column_record[i],
+      bin_spanning(job.plan.map, task, side, box, task.first_column_record[i],
                    task.column_offset ? task.column_offset[i] : 0);
     } else {
-      report.add_inactive(task.first_column_record[i].id - id_offset_[side], base::has_nan(box),
-                          side == 1);
+      report.add_inactive(task.first_column_record[i].id - job.problem.id_offset(side),
+                          base::has_nan(box), side == 1);
     }
   }
 }
@@ -342,70 +336,26 @@ void BinnedGrid::bin_spanning(const base::Quantizer& map, BinTask& task, unsigne
   }
 }
 
-// Finding: the columns, then the pairs of wide boxes, which are in no column.
-void BinnedGrid::find(Search& search, const Problem& problem, const GridPlan& plan,
-                      Worker* const* team, unsigned task_count, unsigned depth) {
-  team[0]->visited += columns_;
-  std::span<const std::uint32_t> order;
-  if (task_count > 1 && columns_ > task_count) order = largest_first();
-  const bool even = order.empty();
-  // If columns differ in size, the largest are taken first by any task, each taking the next before
-  // it runs the current one, to prefetch it; otherwise each task has its own range.
-  base::StealingRanges ranges(even ? columns_ : order.size(), even ? task_count : 1);
-  const auto column_at = [&](std::uint64_t i) {
-    const auto at = static_cast<std::uint32_t>(i);
-    return even ? at : order[at];
-  };
-  auto task = [&](unsigned t) {
-    search.guarded([&] {
-      team[t]->use_sweep();
-      ColumnSearch columns(search, problem, plan, *this, *team[t], depth);
-      std::uint64_t i = 0, next = 0;
-      for (bool any = ranges.take(t, i); any && !search.over(); i = next) {
-        const bool known = even ? ranges.peek(t, next) : ranges.take(t, next);
-        columns.run(column_at(i), known ? column_at(next) : RecordPrefetcher::no_column);
-        any = even ? ranges.take(t, next) : known;
-      }
-    });
-  };
-  base::run_tasks(*search.executor, task_count, task);
-  if (search.over()) return;
-  search.guarded([&] { find_wide(search, problem, *team[0]); });
-}
-
-std::size_t BinnedGrid::estimate_pair_count(Search& search, const Problem& problem,
-                                            const GridPlan& plan, Worker& worker) {
-  count_records();
-  ColumnSearch columns(search, problem, plan, *this, worker, 0);
-  return grid::estimate_pair_count(
-      search, worker, columns_, [this](std::uint32_t c) { return sizes_[c]; },
-      [&](std::uint32_t c) { columns.run(c, RecordPrefetcher::no_column); });
-}
-
-// Counts the records of each column; returns the total.
-std::uint64_t BinnedGrid::count_records() {
-  std::uint32_t* sizes = sizes_.ensure(columns_);
-  std::uint64_t total = 0;
+std::span<const std::uint32_t> BinnedGrid::count_records() {
+  std::uint32_t* const sizes = sizes_.ensure(columns_);
   for (std::uint32_t c = 0; c < columns_; ++c) {
     std::uint64_t size = 0;
     for (unsigned chain = 0; chain < 2 * tasks_; ++chain) {
       const std::uintptr_t tail = tails_[std::size_t{chain} * columns_ + c];
       if (tail == 0) continue;
       const std::uintptr_t block = block_of(tail);
-      size += reinterpret_cast<const Block*>(block)->before + (tail - block) / sizeof(Record);
+      size += reinterpret_cast<const Block*>(block)->before +
+              (tail - block - sizeof(Block)) / sizeof(Record);
     }
     sizes[c] = static_cast<std::uint32_t>(std::min<std::uint64_t>(size, 0xffffffffu));
-    total += sizes[c];
   }
-  return total;
+  return {sizes, columns_};
 }
 
-// The non-empty columns by decreasing size, so that no large one is left for the end. Empty result
-// if sizes are similar: keep their order.
 std::span<const std::uint32_t> BinnedGrid::largest_first() {
-  const std::uint64_t total = count_records();
-  const std::uint32_t* sizes = sizes_.data();
-  const std::uint32_t most = *std::max_element(sizes, sizes + columns_);
+  const std::span<const std::uint32_t> sizes = count_records();
+  const std::uint64_t total = std::accumulate(sizes.begin(), sizes.end(), std::uint64_t{0});
+  const std::uint32_t most = *std::max_element(sizes.begin(), sizes.end());
   if (most < 2 * (total / columns_ + 1)) return {};
   std::uint32_t* order = order_.ensure(columns_);
   std::size_t count = 0;
@@ -416,29 +366,6 @@ std::span<const std::uint32_t> BinnedGrid::largest_first() {
   std::sort(order, order + count,
             [sizes](std::uint32_t x, std::uint32_t y) { return sizes[x] > sizes[y]; });
   return {order, count};
-}
-
-// Pairs of two wide boxes: no column contains these.
-void BinnedGrid::find_wide(Search& search, const Problem& problem, Worker& worker) {
-  if ((wide_count_[0] | wide_count_[1]) == 0) return;
-  for (unsigned side = 0; side < 2; ++side) {
-    const std::uint32_t count = wide_count_[side];
-    std::uint32_t* ids = wide_ids_[side].ensure(count + 1);
-    std::uint32_t* labels = wide_labels_[side].ensure(count + 1);
-    for (std::uint32_t i = 0; i < count; ++i) {
-      labels[i] = wide_[side][i].id - id_offset_[side];
-      ids[i] = problem.parent ? problem.parent->ids[labels[i]] : labels[i];
-    }
-  }
-  Problem wide = problem;
-  wide.queries = {problem.queries.boxes, wide_ids_[0].data(), wide_count_[0],
-                  wide_labels_[0].data()};
-  wide.targets = {problem.targets.boxes, wide_ids_[1].data(), wide_count_[1],
-                  wide_labels_[1].data()};
-  Worker* const team[] = {&worker};
-  BinReport ignored;
-  load_all_pairs(search, wide, team, ignored);
-  find_all_pairs(search, wide, team, 1);
 }
 
 }  // namespace throng::grid

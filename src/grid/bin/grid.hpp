@@ -1,4 +1,4 @@
-// The grid: boxes binned into columns, each column swept along the third axis.
+// The step "bin": every box into every column that it touches.
 #pragma once
 
 #include <atomic>
@@ -8,13 +8,9 @@
 #include "base/mutex.hpp"
 #include "base/prefetch.hpp"
 #include "base/threads.hpp"
-#include "grid/emit/worker.hpp"
-#include "grid/plan/planner.hpp"
-#include "grid/search.hpp"
+#include "grid/job.hpp"
 
 namespace throng::grid {
-
-struct RecordWords;
 
 // A box that touches too many columns for one record in each: its quantized bounds on three axes.
 struct WideBox {
@@ -24,69 +20,62 @@ struct WideBox {
   std::uint32_t column_offset;  // as in RecordOutput
 };
 
-// The memory of one grid, kept between calls.
+// Records in a row.
+struct Segment {
+  const Record* records;
+  std::uint32_t count;
+};
+
+struct BinTask;
+
+// Boxes binned into columns: what binning writes, sweeps and queries read. Keeps its memory between
+// calls.
 class BinnedGrid {
  public:
   explicit BinnedGrid(base::Memory& memory) noexcept;
-
-  // Bins all boxes of a problem, on `task_count` tasks. Reports allocation failure
-  // through the search.
-  void bin(Search&, const Problem&, const GridPlan&, Worker* const* workers, unsigned task_count,
-           BinReport&);
-  // Finds the pairs of all columns, and those of wide boxes.
-  void find(Search&, const Problem&, const GridPlan&, Worker* const* workers, unsigned task_count,
-            unsigned depth);
-
-  // Estimates the number of pairs of find(); see estimate_pair_count.hpp.
-  std::size_t estimate_pair_count(Search&, const Problem&, const GridPlan&, Worker&);
-
   void match(const BinnedGrid& other);
   std::size_t held() const noexcept {
     return pool_.bytes() + regions_.bytes() + tails_.bytes() + order_.bytes() + sizes_.bytes() +
-           wide_[0].bytes() + wide_[1].bytes() + wide_ids_[0].bytes() + wide_ids_[1].bytes() +
-           wide_labels_[0].bytes() + wide_labels_[1].bytes();
+           wide_[0].bytes() + wide_[1].bytes();
   }
-  // An upper bound of the records of the last binning.
+
+  // Bins all boxes of a problem. Reports allocation failure through the search.
+  BinReport bin(const Job&);
+
+  // After bin(). Side 0 is the problem's queries, 1 its targets.
+  std::uint32_t column_count() const noexcept { return columns_; }
+  // The boxes that are in no column.
+  std::span<const WideBox> wide(unsigned side) const noexcept {
+    return {wide_[side].data(), wide_count_[side]};
+  }
+  // An upper bound of the records.
   std::size_t record_bound() const noexcept {
     return used_blocks_ * (block_bytes_ / sizeof(Record));
   }
+  // The records of each column.
+  std::span<const std::uint32_t> count_records();
+  // The non-empty columns by decreasing size, so that no large one is left for the end. Empty if
+  // sizes are similar: keep their order.
+  std::span<const std::uint32_t> largest_first();
 
- private:
-  friend class ColumnSearch;
-  friend class GridQuery;
-  friend class RecordPrefetcher;
+  // A column's records are in one chain of blocks per task and side. Its tail is the address after
+  // its last record, 0 if it has none.
   struct Block {              // header: a block's first 16 bytes
-    std::uintptr_t previous;  // address of the column's previous block, or 0
+    std::uintptr_t previous;  // address of the chain's previous block, or 0
     std::uint64_t before;     // records in all previous blocks
   };
-  // A task's part of the pool, so that it reuses its own memory in each call.
-  struct alignas(64) Region {
-    std::atomic<std::size_t> used{0};
-  };
-  // Takes block_batch contiguous blocks, from the task's own region first; 0 if the pool is
-  // exhausted.
-  std::uintptr_t take_blocks(unsigned task) noexcept;
-  friend struct BinTask;
-  void prepare(const Search&, const GridPlan&, std::size_t boxes, unsigned task_count);
-  unsigned choose_buffers(const Search&, double records) const noexcept;
-  static void flush_buffer(const BinTask&, std::uint32_t column);
-  void bin_side(Search&, const BoxSubset&, unsigned side, const GridPlan&, Worker&, unsigned task,
-                base::ChunkQueue&, BinReport&);
-  void bin_tile_of(Search&, const char* boxes, std::size_t stride, const std::uint32_t* ids,
-                   std::uint32_t first, std::uint32_t count, unsigned side, const base::Quantizer&,
-                   Worker&, BinReport&);
-  void bin_spanning(const base::Quantizer&, BinTask&, unsigned side, const Box&, const Record&,
-                    std::uint32_t place);
-  static void append(BinTask&, std::uint32_t column, const RecordWords&);
-  std::uintptr_t* tails(unsigned task, unsigned side) const noexcept {
-    return tails_.data() + (std::size_t{task} * 2 + side) * columns_;
+  unsigned task_count() const noexcept { return tasks_; }
+  std::uintptr_t tail(unsigned task, unsigned side, std::uint32_t column) const noexcept {
+    return tails(task, side)[column];
   }
-  std::uint64_t count_records();
-  std::span<const std::uint32_t> largest_first();
-  void find_wide(Search&, const Problem&, Worker&);
+  std::uintptr_t block_bytes() const noexcept { return block_bytes_; }
   // The block of a chain's tail. The chain is not empty.
   std::uintptr_t block_of(std::uintptr_t tail) const noexcept {
     return (tail - 1) & ~(block_bytes_ - 1);
+  }
+  // The number of a chain's blocks.
+  std::size_t block_count(std::uintptr_t tail) const noexcept {
+    return reinterpret_cast<const Block*>(block_of(tail))->before / records_per_block() + 1;
   }
   // Calls f(segment) for each block of a chain, the last first.
   template <class F>
@@ -103,14 +92,36 @@ class BinnedGrid {
       end = block + block_bytes_;
     }
   }
-  // Calls f(record) for all records of the first subset in a column.
+  // Calls f(record) for all records of a side in a column.
   template <class F>
-  void each_record(std::uint32_t column, F&& f) const {
+  void each_record(std::uint32_t column, unsigned side, F&& f) const {
     for (unsigned t = 0; t < tasks_; ++t) {
-      each_segment(tails(t, 0)[column], [&](const Segment& segment) {
+      each_segment(tail(t, side, column), [&](const Segment& segment) {
         for (std::uint32_t i = 0; i < segment.count; ++i) f(segment.records[i]);
       });
     }
+  }
+
+  // For BinTask: starts a chain's next block. Returns the address of its first record.
+  std::uintptr_t start_block(BinTask&, std::uint32_t column);
+
+ private:
+  // A task's part of the pool, so that it reuses its own memory in each call.
+  struct alignas(64) Region {
+    std::atomic<std::size_t> used{0};
+  };
+  // Takes block_batch contiguous blocks, from the task's own region first; 0 if the pool is
+  // exhausted.
+  std::uintptr_t take_blocks(unsigned task) noexcept;
+  void prepare(const Job&, std::size_t boxes);
+  unsigned choose_buffers(const Search&, double records) const noexcept;
+  void bin_side(const Job&, unsigned side, unsigned task, base::ChunkQueue&, BinReport&);
+  void bin_tile_of(const Job&, unsigned side, const BinInput&, BinTask&, BinReport&);
+  void bin_spanning(const base::Quantizer&, BinTask&, unsigned side, const Box&, const Record&,
+                    std::uint32_t column_offset);
+  std::size_t records_per_block() const noexcept { return block_bytes_ / sizeof(Record) - 1; }
+  std::uintptr_t* tails(unsigned task, unsigned side) const noexcept {
+    return tails_.data() + (std::size_t{task} * 2 + side) * columns_;
   }
 
   std::uint32_t columns_ = 0;
@@ -126,9 +137,7 @@ class BinnedGrid {
   base::Buffer<std::uintptr_t> tails_;
   base::Buffer<std::uint32_t> order_, sizes_;  // sizes_: records per column, once counted
   base::Buffer<WideBox> wide_[2];
-  base::Buffer<std::uint32_t> wide_ids_[2], wide_labels_[2];
   std::uint32_t wide_count_[2] = {0, 0};
-  std::uint32_t id_offset_[2] = {0, 0};  // offset of a subset's labels, see Problem
   base::Mutex wide_mutex_;
 };
 

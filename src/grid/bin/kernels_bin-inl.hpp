@@ -239,9 +239,10 @@ HWY_INLINE V positions(V x, M by_bits, V centre, V factor) {
 
 // `plain`: Quantizer::plain.
 template <bool plain>
-HWY_NOINLINE void bin_impl(const base::Quantizer& map, const char* boxes, std::size_t stride,
-                           const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count,
-                           RecordOutput& out) {
+HWY_NOINLINE void bin_impl(const base::Quantizer& map, const BinInput& in, RecordOutput& out) {
+  const char* boxes = in.boxes;
+  const std::size_t stride = in.stride;
+  const std::uint32_t count = in.count;
   const hn::ScalableTag<float> df;
   const hn::RebindToSigned<decltype(df)> di;
   const hn::RebindToUnsigned<decltype(df)> du;
@@ -282,7 +283,7 @@ HWY_NOINLINE void bin_impl(const base::Quantizer& map, const char* boxes, std::s
   const auto by_bits = hn::RebindMask(
       df, hn::Or(hn::Ne(repeat_per_block(du, map.by_bits), hn::Zero(du)), is_fourth));
   auto id =
-      hn::IfThenElseZero(is_fourth, hn::Add(hn::Set(du, first_id), hn::ShiftRight<2>(position)));
+      hn::IfThenElseZero(is_fourth, hn::Add(hn::Set(du, in.first_id), hn::ShiftRight<2>(position)));
   const auto id_step = hn::IfThenElseZero(is_fourth, hn::Set(du, group));
 
   // On one axis: column of the lower end (low bits) and distance of the upper end's column (above).
@@ -356,8 +357,8 @@ HWY_NOINLINE void bin_impl(const base::Quantizer& map, const char* boxes, std::s
       place = hn::Add(place, hn::Set(du, boxes_per_step));
     }
   }
-  if (ids) {
-    for (std::uint32_t i = 0; i < count; ++i) out.first_column_record[i].id = ids[i];
+  if (in.ids) {
+    for (std::uint32_t i = 0; i < count; ++i) out.first_column_record[i].id = in.ids[i];
   }
 
   if (out.buffers)
@@ -366,13 +367,11 @@ HWY_NOINLINE void bin_impl(const base::Quantizer& map, const char* boxes, std::s
     write_records<false>(map, multi_column, multi_column_count, count, out);
 }
 
-inline void bin(const base::Quantizer& map, const char* boxes, std::size_t stride,
-                const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count,
-                RecordOutput& out) {
+inline void bin(const base::Quantizer& map, const BinInput& in, RecordOutput& out) {
   if (map.is_identity)
-    bin_impl<true>(map, boxes, stride, ids, first_id, count, out);
+    bin_impl<true>(map, in, out);
   else
-    bin_impl<false>(map, boxes, stride, ids, first_id, count, out);
+    bin_impl<false>(map, in, out);
 }
 
 }  // namespace throng::grid::HWY_NAMESPACE

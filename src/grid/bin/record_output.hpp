@@ -20,6 +20,16 @@ constexpr std::uint32_t bin_tile = 256;
 // Boxes are read in groups of this size. Reads go to the end of the last group, plus one float.
 constexpr std::uint32_t bin_group = 4;
 
+// Boxes that a kernel bins by one call: at most bin_tile, `stride` bytes apart. Their ids, or
+// first_id, first_id + 1, ... if `ids` is null.
+struct BinInput {
+  const char* boxes;
+  std::size_t stride;
+  std::uint32_t count;
+  const std::uint32_t* ids;
+  std::uint32_t first_id;
+};
+
 // The destination of one task's records: a chain of blocks per column. A tail is the address of the
 // next free record; a tail that is a multiple of the block size (null included) needs a new block.
 class RecordOutput {

@@ -10,36 +10,6 @@
 
 namespace throng::grid {
 
-// Storage of a Strip's arrays.
-class StripStorage {
- public:
-  explicit StripStorage(base::Memory& memory) noexcept
-      : order(memory),
-        ranks(memory),
-        coordinates(memory),
-        masks(memory),
-        ids(memory),
-        buckets(memory) {}
-  // Points the arrays of `strip` at storage for strip.count boxes. with_classes: query and target
-  // bits differ.
-  void assign_storage(Strip& strip, bool with_classes);
-  // Reserves for `count` boxes.
-  void reserve(std::uint32_t count, bool with_classes);
-  void match(const StripStorage& other);
-
-  base::Buffer<const Record*> order;
-  base::Buffer<std::uint32_t> ranks;
-  base::Buffer<std::int16_t> coordinates;
-  base::Buffer<RejectMask> masks;
-  base::Buffer<std::uint32_t> ids;
-  base::Buffer<std::uint32_t> buckets;
-};
-
-struct Segment {
-  const Record* records;
-  std::uint32_t count;
-};
-
 // Staging buffers fit the L1 and L2 caches.
 constexpr std::size_t staging_pairs = 2048;
 constexpr std::size_t staging_ties = 1024;

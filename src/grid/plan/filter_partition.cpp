@@ -3,7 +3,8 @@
 #include <algorithm>
 
 #include "grid/plan/estimate_pair_count.hpp"
-#include "grid/plan/plan_and_solve.hpp"
+#include "grid/plan/make_plan.hpp"
+#include "grid/steps.hpp"
 
 namespace throng::grid {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "base/cost_table.hpp"
-#include "grid/plan/plan_and_solve.hpp"
+#include "grid/plan/make_plan.hpp"
 
 namespace throng::grid {
 namespace {

@@ -5,9 +5,11 @@
 
 #include "base/cost_table.hpp"
 #include "grid/bin/filter_classes.hpp"
+#include "grid/emit/worker.hpp"
+#include "grid/plan/make_plan.hpp"
 #include "grid/plan/non_pairing_subset.hpp"
-#include "grid/plan/plan_and_solve.hpp"
 #include "grid/recursion_scratch.hpp"
+#include "grid/steps.hpp"
 
 namespace throng::grid {
 namespace {

@@ -58,14 +58,12 @@ double mean_window(const Strip& strip) {
 ColumnSearch::ColumnBoxes ColumnSearch::collect(std::uint32_t column, unsigned side) {
   const std::uint32_t first = side == 0 ? 0 : static_cast<std::uint32_t>(scratch_.segment_count);
   std::uint32_t segments = first, records = 0;
-  for (unsigned t = 0; t < grid_.tasks_; ++t) {
-    const std::uintptr_t tail = grid_.tails(t, side)[column];
+  for (unsigned t = 0; t < grid_.task_count(); ++t) {
+    const std::uintptr_t tail = grid_.tail(t, side, column);
     if (tail == 0) continue;
-    const auto* block = reinterpret_cast<const BinnedGrid::Block*>(grid_.block_of(tail));
-    const std::size_t blocks = block->before / (grid_.block_bytes_ / sizeof(Record) - 1) + 1;
     // Each binning divides the boxes among tasks differently, so a column's blocks may vary by one
     // per task.
-    scratch_.segments.grow(segments + blocks + grid_.tasks_, segments);
+    scratch_.segments.grow(segments + grid_.block_count(tail) + grid_.task_count(), segments);
     grid_.each_segment(tail, [&](const Segment& segment) {
       scratch_.segments[segments++] = segment;
       records += segment.count;
@@ -309,19 +307,18 @@ void ColumnSearch::sweep_against(const Strip& from, const Strip& to, bool skip_o
 // Compares the wide boxes of a subset that touch this column with all its targets.
 void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& targets,
                               Orientation orientation) {
-  const std::uint32_t wide_count = grid_.wide_count_[side];
-  if (wide_count == 0 || targets.count == 0) return;
-  worker_.visited += wide_count;
+  const std::span<const WideBox> wide = grid_.wide(side);
+  if (wide.empty() || targets.count == 0) return;
+  worker_.visited += wide.size();
   const base::Quantizer& map = plan_.map;
   const std::uint32_t here = column % map.column_count(), place = column - here;
   const std::int32_t at[3] = {static_cast<std::int32_t>(here / map.stride[0]),
                               static_cast<std::int32_t>(here / map.stride[1] % map.columns[1]),
                               static_cast<std::int32_t>(here % map.columns[2])};
-  Record* clipped = scratch_.clipped.ensure(wide_count);
+  Record* clipped = scratch_.clipped.ensure(wide.size());
   Strip strip;
-  strip.record = {scratch_.wide_strip.order, wide_count};
-  for (std::uint32_t i = 0; i < wide_count; ++i) {
-    const WideBox& s = grid_.wide_[side][i];
+  strip.record = {scratch_.wide_strip.order, wide.size()};
+  for (const WideBox& s : wide) {
     bool touches = s.column_offset == place || s.column_offset == needs_slow_path;
     for (int k = 0; k < 3; ++k) {
       touches &= base::column_of(s.lower[k]) <= at[k] && at[k] <= base::column_of(s.upper[k]);
@@ -379,8 +376,8 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   // Skips columns without a possible pair: often only one set is present. Wide boxes are in no
   // column.
   const bool queries = sides[0].records != 0, targets = sides[1].records != 0;
-  const bool any_query = queries || grid_.wide_count_[0] != 0;
-  const bool any_target = targets || grid_.wide_count_[1] != 0;
+  const bool any_query = queries || !grid_.wide(0).empty();
+  const bool any_target = targets || !grid_.wide(1).empty();
   if (!(problem_.self && queries) && !(queries && any_target) && !(any_query && targets)) return;
   const std::uint64_t both = std::uint64_t{sides[0].records} + sides[1].records;
   if (problem_.target_id_offset != 0 && both <= max_mixed_boxes) {
@@ -393,7 +390,7 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   for (unsigned few = 0; few < 2 && !problem_.self; ++few) {
     // A wide box of the smaller set may overlap any.
     ColumnBoxes &one = sides[few], &other = sides[1 - few];
-    if (grid_.wide_count_[few] == 0 && far_more(other.records, one.records)) {
+    if (grid_.wide(few).empty() && far_more(other.records, one.records)) {
       other = thin_out(other, one);
       break;  // stop here: there is space to thin out one set only
     }

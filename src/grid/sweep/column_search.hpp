@@ -6,6 +6,7 @@
 
 #include "grid/bin/filter_classes.hpp"
 #include "grid/bin/grid.hpp"
+#include "grid/emit/worker.hpp"
 #include "grid/recursion_scratch.hpp"
 #include "grid/sweep/record_prefetcher.hpp"
 
@@ -19,15 +20,14 @@ static_assert(max_box_count + Strip::padding + 63 <= 0xffffffffu);
 // One worker's search through columns.
 class ColumnSearch {
  public:
-  ColumnSearch(Search& search, const Problem& problem, const GridPlan& plan, BinnedGrid& grid,
-               Worker& worker, unsigned depth)
-      : search_(search),
-        problem_(problem),
-        plan_(plan),
+  ColumnSearch(const Job& job, const BinnedGrid& grid, Worker& worker)
+      : search_(job.search),
+        problem_(job.problem),
+        plan_(job.plan),
         grid_(grid),
         worker_(worker),
-        scratch_(worker.scratch(depth)),
-        depth_(depth) {}
+        scratch_(worker.scratch(job.depth)),
+        depth_(job.depth) {}
 
   // `next`: the column after it, to prefetch, or RecordPrefetcher::no_column.
   void run(std::uint32_t column, std::uint32_t next);
@@ -84,7 +84,7 @@ class ColumnSearch {
   Search& search_;
   const Problem& problem_;
   const GridPlan& plan_;
-  BinnedGrid& grid_;
+  const BinnedGrid& grid_;
   Worker& worker_;
   RecursionScratch& scratch_;
   unsigned depth_;

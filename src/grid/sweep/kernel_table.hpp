@@ -74,12 +74,11 @@ struct WorldRange {
 struct Kernels {
   Isa isa;
   const base::SweepCost* sweep_cost;  // of base::cost
-  // Bins `count` <= bin_tile boxes, `stride` bytes apart: appends one record per column that a box
-  // touches. Lists the boxes that it leaves to the caller: invalid boxes, and those that
-  // touch three or more columns on an axis; the scalar kernel leaves all that touch more than one.
-  // Reads to the end of the last bin_group, plus one float. ids null: first_id, first_id + 1, ...
-  void (*bin)(const base::Quantizer&, const char* boxes, std::size_t stride,
-              const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, RecordOutput&);
+  // Bins boxes: appends one record per column that a box touches. Lists the boxes that it leaves to
+  // the caller: invalid boxes, and those that touch three or more columns on an axis; the scalar
+  // kernel leaves all that touch more than one. Reads to the end of the last bin_group, plus one
+  // float.
+  void (*bin)(const base::Quantizer&, const BinInput&, RecordOutput&);
   // Merges the least and greatest lower coordinate on `axis` into *least and *most.
   void (*quantized_range)(const Record*, std::uint32_t count, std::uint32_t axis,
                           std::uint32_t* least, std::uint32_t* most);

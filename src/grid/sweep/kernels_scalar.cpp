@@ -7,13 +7,12 @@
 namespace throng::grid {
 namespace {
 
-void bin(const base::Quantizer& map, const char* boxes, std::size_t stride,
-         const std::uint32_t* ids, std::uint32_t first_id, std::uint32_t count, RecordOutput& out) {
+void bin(const base::Quantizer& map, const BinInput& in, RecordOutput& out) {
   out.deferred_count = 0;
-  for (std::uint32_t i = 0; i < count; ++i, boxes += stride) {
+  for (std::uint32_t i = 0; i < in.count; ++i) {
     float box[6];
-    std::memcpy(box, boxes, sizeof box);
-    out.first_column_record[i].id = ids ? ids[i] : first_id + i;
+    std::memcpy(box, in.boxes + i * in.stride, sizeof box);
+    out.first_column_record[i].id = in.ids ? in.ids[i] : in.first_id + i;
     if (!(box[0] <= box[3] && box[1] <= box[4] && box[2] <= box[5])) {
       out.deferred[out.deferred_count++] = i;
       continue;

@@ -40,9 +40,9 @@ class RecordPrefetcher {
   // has been prefetched), or to the last block of the next task's chain.
   bool enter_block() noexcept {
     block_ = block_ ? reinterpret_cast<const BinnedGrid::Block*>(block_)->previous : 0;
-    end_ = block_ + grid_->block_bytes_;
-    for (; !block_ && task_ < grid_->tasks_; ++task_) {
-      end_ = grid_->tails(task_, 0)[column_];
+    end_ = block_ + grid_->block_bytes();
+    for (; !block_ && task_ < grid_->task_count(); ++task_) {
+      end_ = grid_->tail(task_, 0, column_);
       if (end_) block_ = grid_->block_of(end_);
     }
     line_ = block_;

@@ -1,11 +1,9 @@
-#include "grid/plan/plan_and_solve.hpp"
+#include "grid/plan/make_plan.hpp"
 
 #include <algorithm>
 
 #include "base/cost_table.hpp"
 #include "base/prefetch.hpp"
-#include "grid/all_pairs.hpp"
-#include "grid/recursion_scratch.hpp"
 
 namespace throng::grid {
 namespace {
@@ -65,20 +63,6 @@ GridPlan make_plan(const Search& search, const Problem& problem, Algorithm force
   }
   return grid::plan(sample_stats(search, problem), *search.kernels->sweep_cost, forced,
                     search.cell_scale);
-}
-
-void solve_on_one_worker(Search& search, const Problem& problem, const GridPlan& plan,
-                         Worker& worker, unsigned depth) {
-  Worker* const team[] = {&worker};
-  BinReport ignored;  // reported when the lists were made
-  if (plan.all_pairs) {
-    load_all_pairs(search, problem, team, ignored);
-    find_all_pairs(search, problem, team, 1);
-    return;
-  }
-  BinnedGrid& space = worker.scratch(depth).space;
-  space.bin(search, problem, plan, team, 1, ignored);
-  if (!search.failed()) space.find(search, problem, plan, team, 1, depth);
 }
 
 }  // namespace throng::grid

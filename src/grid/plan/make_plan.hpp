@@ -1,9 +1,8 @@
-// Makes a problem's plan from a sample, and solves a problem on one worker.
+// Makes a problem's plan from a sample of its boxes.
 #pragma once
 
 #include <cstdint>
 
-#include "grid/emit/worker.hpp"
 #include "grid/plan/planner.hpp"
 #include "grid/search.hpp"
 
@@ -17,8 +16,5 @@ constexpr std::uint32_t sample_size(std::uint64_t boxes) noexcept {
 Stats sample_stats(const Search&, const Problem&);
 // Plans from a sample of a problem's boxes.
 GridPlan make_plan(const Search&, const Problem&, Algorithm forced);
-
-// Solves a problem with one worker: a column of a grid of depth - 1, or one world of many.
-void solve_on_one_worker(Search&, const Problem&, const GridPlan&, Worker&, unsigned depth);
 
 }  // namespace throng::grid
