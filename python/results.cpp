@@ -109,10 +109,10 @@ void bind_explanation(nb::module_& m) {
       .def_ro("cells", &CellClass::cells, "how many")
       .def_ro("boxes", &CellClass::boxes, "number of boxes in all of them");
   using Candidate = Explanation::Candidate;
-  nb::class_<Candidate>(m, "Candidate", "A way to search that the planner compared.")
+  nb::class_<Candidate>(m, "Candidate", "A way to search, with its expected time.")
       .def_prop_ro(
           "algorithm", [](const Candidate& c) { return throng::to_string(c.algorithm); },
-          "'all_pairs' or 'grid'")
+          "'all-pairs' or 'grid'")
       .def_ro("sweep_axis", &Candidate::sweep_axis, "0, 1 or 2")
       .def_prop_ro(
           "columns",
@@ -155,8 +155,8 @@ void bind_explanation(nb::module_& m) {
           "lower x, y, z, upper x, y, z: the region that the cells divide into equal parts")
       .def_ro(
           "candidates", &Explanation::candidates,
-          "ways to search that the planner compares, the cheapest first; empty where there is no "
-          "single plan for all boxes")
+          "brute force and the best grid along each axis, the shortest expected time first; empty "
+          "without a single plan for all boxes")
       .def_prop_ro(
           "memory",
           [](const Explanation& e) {

@@ -1,5 +1,6 @@
 #include "apps/report/explanation.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -91,12 +92,16 @@ std::vector<Bars> explanation_histograms(const Explanation& e) {
 }
 
 std::vector<Table> explanation_details(const Explanation& e) {
-  Table candidates("The methods compared", {"expected on one thread", "method"});
+  Table candidates("The methods and their prices", {"expected on one thread", "method"});
   for (const auto& c : e.candidates) {
     const std::string grid = fmt::format("grid of {} x {} x {}, swept along {}", c.columns[0],
                                          c.columns[1], c.columns[2], "xyz"[c.sweep_axis]);
-    candidates.add_row({ms_text(c.expected_ns * 1e-6),
-                        c.algorithm == Algorithm::all_pairs ? std::string("brute force") : grid});
+    const Plan& plan = e.result.plan;
+    const bool brute = c.algorithm == Algorithm::all_pairs;
+    const bool chosen = c.algorithm == plan.algorithm &&
+                        (brute || std::equal(c.columns, c.columns + 3, plan.columns));
+    candidates.add_row({fmt::format("{:.4g} us", c.expected_ns * 1e-3),
+                        (brute ? "brute force" : grid) + (chosen ? ", chosen" : "")});
   }
   Table largest("The largest boxes", {"index", "set", "largest side", "cells"});
   for (const auto& l : e.largest) {

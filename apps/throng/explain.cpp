@@ -23,7 +23,7 @@ using Json = nlohmann::ordered_json;
 
 const char* help_text =
     R"(Searches the boxes as `throng pairs` does, once cold and once warmed, on the CPU. Prints the times, the
-method and the reason for it, the expected times of the methods compared, the number of tests, the memory, bars of the boxes by size and of the cells by
+method and the reason for it, the methods and their prices, the number of tests, the memory, bars of the boxes by size and of the cells by
 number of boxes, the largest boxes if sizes differ much, the cells with the most boxes, and what would make it
 faster. For a file of several frames it explains the last one.
 

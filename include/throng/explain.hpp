@@ -57,8 +57,9 @@ struct Explanation {
   };
   std::vector<CellClass> cell_classes;
 
-  // The ways to search that the planner compares, the cheapest first: brute force, and the best
-  // grid that is swept along each axis. Empty without a single plan for all boxes.
+  // The expected times of brute force and of the best grid that is swept along each axis, the
+  // shortest first. The shortest grid is chosen; brute force for few boxes or on request. Filters
+  // are ignored. Empty without a single plan for all boxes.
   struct Candidate {
     Algorithm algorithm = Algorithm::grid;
     std::uint32_t sweep_axis = 0;

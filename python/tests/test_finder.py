@@ -79,7 +79,7 @@ def test_explain() -> None:
         assert c.boxes == ((extents >= c.least) & (extents < c.below)).sum() and c.cells_per_box >= 1
     assert sum(explanation.memory.values()) == explanation.memory_bytes > 0
     assert "boxes=20000" in repr(explanation) and all(len(advice) > 20 for advice in explanation.advice)
-    assert sorted(c.algorithm for c in explanation.candidates) == ["all_pairs", "grid", "grid", "grid"]
+    assert sorted(c.algorithm for c in explanation.candidates) == ["all-pairs", "grid", "grid", "grid"]
     cheapest = explanation.candidates[0]
     assert cheapest.columns == tuple(explanation.result.plan.columns) and cheapest.expected_ns > 0
     few = finder.explain(boxes[:50], boxes[:9])

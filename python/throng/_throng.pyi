@@ -135,11 +135,11 @@ class DenseCell:
     def boxes(self) -> int: ...
 
 class Candidate:
-    """A way to search that the planner compared."""
+    """A way to search, with its expected time."""
 
     @property
     def algorithm(self) -> str:
-        """'all_pairs' or 'grid'."""
+        """'all-pairs' or 'grid'."""
     @property
     def sweep_axis(self) -> int:
         """0, 1 or 2."""
@@ -213,8 +213,8 @@ class Explanation:
         """The region that the cells divide into equal parts."""
     @property
     def candidates(self) -> list[Candidate]:
-        """Ways to search that the planner compares, the cheapest first; empty where there is no single
-        plan for all boxes.
+        """Brute force and the best grid along each axis, the shortest expected time first. The shortest
+        grid is chosen; brute force for few boxes or on request. Empty without a single plan for all boxes.
         """
     @property
     def memory(self) -> dict[str, int]:

@@ -188,7 +188,7 @@ void give_advice(Explanation& e, const Options& options) {
              most, mean);
     }
   }
-  if (e.tests_per_box > 100) {
+  if (e.tests_per_box > 100 && r.plan.algorithm == Algorithm::grid) {
     advise(e,
            "%.0f tests per box, where 20 to 40 are usual: boxes are long or dense; splitting long "
            "ones helps",
@@ -249,7 +249,8 @@ Explanation make_explanation(const Boxes& a, const Boxes* b, const Options& opti
     c.cells_per_box /= static_cast<double>(c.boxes);
     e.size_classes.push_back(c);
   }
-  if (plan || result.plan.algorithm == Algorithm::all_pairs) {
+  const bool one_problem = result.plan.expected_ns > 0;  // not one per world
+  if (plan || (one_problem && result.plan.algorithm == Algorithm::all_pairs)) {
     for (const grid::Candidate& c : engine.candidates(a, b, options)) {
       Explanation::Candidate& way = e.candidates.emplace_back();
       way.algorithm = c.all_pairs ? Algorithm::all_pairs : Algorithm::grid;

@@ -71,8 +71,13 @@ std::array<Candidate, 4> Engine::candidates(const Boxes& a, const Boxes* b,
   search.margin = options.margin;
   const Stats stats = sample_stats(search, whole_problem(search));
   const SweepCost& sweep_cost = *find_kernels(options.isa)->sweep_cost;
-  return {brute_force(stats), cheapest_grid(stats, sweep_cost, 0),
-          cheapest_grid(stats, sweep_cost, 1), cheapest_grid(stats, sweep_cost, 2)};
+  const auto grid = [&](std::uint32_t axis) {
+    const Candidate cheapest = cheapest_grid(stats, sweep_cost, axis);
+    return options.cell_scale == 1
+               ? cheapest
+               : scaled(cheapest, stats, sweep_cost, double{options.cell_scale});
+  };
+  return {brute_force(stats, sweep_cost), grid(0), grid(1), grid(2)};
 }
 
 Job Engine::job_of(Call& call) {

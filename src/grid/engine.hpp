@@ -72,8 +72,8 @@ class Engine {
     return has_grid_ && grid_plan_.worlds == 1 ? &grid_plan_ : nullptr;
   }
   const BinnedGrid& grid() const noexcept { return grid_; }
-  // What a search compares when it plans: brute force, and the cheapest grid along each axis. For
-  // one problem; filters are ignored.
+  // The prices of brute force and of the cheapest grid along each axis. For one problem; filters
+  // are ignored.
   std::array<Candidate, 4> candidates(const Boxes& a, const Boxes* b, const Options&) const;
   // Calls report(what, bytes) for each part of the held memory.
   template <class Report>

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 #include <string_view>
+#include <vector>
 
 #include <throng/throng.hpp>
 
@@ -110,6 +111,58 @@ TEST(Explain, CountsAreThoseOfTheBoxes) {
   EXPECT_EQ(taken->sweep_axis, e.result.plan.sweep_axis);
   EXPECT_EQ(taken->expected_ns, e.result.plan.expected_ns);
   EXPECT_TRUE(std::equal(taken->columns, taken->columns + 3, e.result.plan.columns));
+}
+
+const Explanation::Candidate& brute_force_of(const Explanation& e) {
+  return *std::find_if(e.candidates.begin(), e.candidates.end(),
+                       [](const auto& c) { return c.algorithm == Algorithm::all_pairs; });
+}
+
+// Brute force compares the boxes of two sets, not those within one.
+TEST(Explain, PriceOfBruteForce) {
+  const BoxList few = uniform_boxes(100, 6), many = uniform_boxes(4900, 7);
+  Finder finder;
+  const Explanation two = finder.explain(few, many);
+  BoxList all = few;
+  all.insert(all.end(), many.begin(), many.end());
+  const Explanation one = finder.explain(all);
+  ASSERT_EQ(two.candidates.size(), 4u);
+  ASSERT_EQ(one.candidates.size(), 4u);
+  // 100 x 4900 comparisons, and 5000^2 / 2.
+  EXPECT_GT(brute_force_of(one).expected_ns, 10 * brute_force_of(two).expected_ns);
+
+  Options options;
+  options.isa = Isa::scalar;
+  EXPECT_GT(brute_force_of(Finder(options).explain(all)).expected_ns,
+            2 * brute_force_of(one).expected_ns)
+      << "one box at a time";
+}
+
+TEST(Explain, CandidatesOfOtherCellWidths) {
+  const BoxList boxes = uniform_boxes(20000, 8);
+  Options options;
+  options.cell_scale = 0.5f;
+  const Explanation e = Finder(options).explain(boxes);
+  EXPECT_EQ(std::count_if(e.candidates.begin(), e.candidates.end(),
+                          [&](const auto& c) {
+                            return c.algorithm == Algorithm::grid &&
+                                   std::equal(c.columns, c.columns + 3, e.result.plan.columns);
+                          }),
+            1)
+      << "the grid that was taken is listed";
+}
+
+TEST(Explain, NoCandidatesForManyProblems) {
+  const BoxList list = uniform_boxes(4000, 9);
+  Boxes boxes = list;
+  std::vector<std::int32_t> worlds(list.size());
+  for (std::size_t i = 0; i < worlds.size(); ++i) worlds[i] = static_cast<std::int32_t>(i % 40);
+  boxes.filters.world = worlds;
+  for (const Algorithm algorithm : {Algorithm::automatic, Algorithm::all_pairs}) {
+    Options options;
+    options.algorithm = algorithm;
+    EXPECT_TRUE(Finder(options).explain(boxes).candidates.empty()) << to_string(algorithm);
+  }
 }
 
 // The boxes reported for a cell are those that touch its bounds; boxes on the bounds may count for

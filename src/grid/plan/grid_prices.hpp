@@ -23,6 +23,7 @@ class GridPrices {
     double ns;        // on one thread
     double replicas;  // columns per box
     double parts;     // columns along the sweep axis
+    double window;    // boxes that begin within one
   };
   // Of a grid with `columns` columns along each of the two axes after the sweep axis.
   Price operator()(std::uint32_t columns_y, std::uint32_t columns_z) const noexcept;
@@ -129,12 +130,13 @@ inline GridPrices::Price GridPrices::operator()(std::uint32_t columns_y,
   const double across = replicas(columns_y, columns_z);
   const double total = across * (1 + share_x_ * (parts - 1));
   const double occupied = occupied_columns(columns_y, columns_z);
-  const double record_ns = base::cost.record_ns + sweep_cost_(boxes_ * across / occupied * window_);
+  const double window = boxes_ * across / occupied * window_;
+  const double record_ns = base::cost.record_ns + sweep_cost_(window);
   const double ns =
       queries_ * (base::cost.box_ns + base::cost.replica_ns * (total - 1) + total * record_ns) +
       (base::cost.empty_ns * sections + (base::cost.column_ns - base::cost.empty_ns) * occupied) *
           parts;
-  return {ns, total, parts};
+  return {ns, total, parts, window};
 }
 
 }  // namespace throng::grid

@@ -27,6 +27,7 @@ Candidate grid_candidate(const GridPrices::Price& price, std::uint32_t x, std::u
   grid.columns[(x + 1) % 3] = columns_y;
   grid.columns[(x + 2) % 3] = columns_z;
   grid.replicas = price.replicas;
+  grid.window = price.window;
   grid.expected_ns = price.ns;
   return grid;
 }
@@ -59,11 +60,11 @@ base::Quantizer make_map(const Stats& s, const std::uint32_t (&columns)[3]) noex
 
 }  // namespace
 
-Candidate brute_force(const Stats& s) noexcept {
+Candidate brute_force(const Stats& s, const SweepCost& sweep_cost) noexcept {
   Candidate brute;
   brute.all_pairs = true;
-  brute.expected_ns = 0.5 * static_cast<double>(s.target_count) *
-                      static_cast<double>(s.query_count) * base::cost.brute_force_ns;
+  brute.expected_ns = base::cost.box_ns * static_cast<double>(s.target_count) +
+                      s.comparisons * comparison_ns(sweep_cost);
   return brute;
 }
 
@@ -124,7 +125,7 @@ GridPlan plan(const Stats& s, const SweepCost& sweep_cost, Algorithm forced,
   if (forced == Algorithm::all_pairs ||
       (forced == Algorithm::automatic &&
        static_cast<double>(s.target_count) <= base::cost.brute_force_boxes)) {
-    choice = brute_force(s);
+    choice = brute_force(s, sweep_cost);
     best.reason = forced == Algorithm::all_pairs ? "brute force was requested"
                                                  : "few boxes: brute force is fastest";
     return best;

@@ -1,10 +1,12 @@
 // The planner: statistics of the boxes -> candidates -> prices -> choice. Pure functions.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include <throng/options.hpp>
 
+#include "base/cost_table.hpp"
 #include "base/quantize.hpp"
 #include "grid/plan/grid_prices.hpp"
 #include "grid/plan/stats.hpp"
@@ -17,10 +19,15 @@ struct Candidate {
   std::uint32_t sweep_axis = 0;
   std::uint32_t columns[3] = {1, 1, 1};
   double replicas = 1;     // expected columns per box
+  double window = 0;       // expected boxes of a column that begin within one of them
   double expected_ns = 0;  // on one thread
 };
 
-Candidate brute_force(const Stats& stats) noexcept;
+// The cost of one comparison of brute force.
+inline double comparison_ns(const SweepCost& sweep_cost) noexcept {
+  return std::max(base::cost.brute_force_ns, 2 * sweep_cost.long_box_ns);
+}
+Candidate brute_force(const Stats& stats, const SweepCost& sweep_cost) noexcept;
 // The cheapest grid that is swept along `axis`.
 Candidate cheapest_grid(const Stats& stats, const SweepCost& sweep_cost,
                         std::uint32_t axis) noexcept;
@@ -40,8 +47,8 @@ struct GridPlan : Candidate {
   std::uint32_t column_count() const noexcept { return map.column_count() * worlds; }
 };
 
-// The cheapest candidate; `forced`: automatic, all_pairs or grid. `cell_scale`: factor on the width
-// of its columns.
+// Brute force for up to base::cost.brute_force_boxes boxes, else the cheapest grid. `forced`:
+// automatic, all_pairs or grid. `cell_scale`: factor on the width of its columns.
 GridPlan plan(const Stats& stats, const SweepCost& sweep_cost, Algorithm forced,
               float cell_scale) noexcept;
 

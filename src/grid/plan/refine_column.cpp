@@ -140,8 +140,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   const bool grid_possible = depth + 1 < max_levels;
   const double of_a = a.count, of_b = b.count;
   const double comparisons = (problem.self ? 0.5 * of_a * of_a : 0) + of_a * of_b;
-  const double comparison_ns = std::max(cost.brute_force_ns, 2 * sweep_cost.long_box_ns);
-  const bool brute_pays = comparisons * comparison_ns < cost.refine_share * sweep_ns;
+  const bool brute_pays = comparisons * comparison_ns(sweep_cost) < cost.refine_share * sweep_ns;
   if (!grid_possible && !brute_pays) return false;
 
   RecursionScratch& inner = worker.scratch(depth + 1);

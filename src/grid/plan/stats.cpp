@@ -308,6 +308,7 @@ Stats measure(const Box* boxes, std::uint32_t count, std::uint64_t query_count,
   Stats s;
   s.query_count = query_count;
   s.target_count = target_count;
+  s.comparisons = 0.5 * static_cast<double>(query_count) * static_cast<double>(target_count);
   if (count == 0) return s;
   Corners sample[max_sample];
   for (std::uint32_t i = 0; i < count; ++i) sample[i] = corners_of(boxes[i]);

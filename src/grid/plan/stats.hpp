@@ -15,6 +15,7 @@ constexpr double least_length = 1e-44;
 struct Stats {
   std::uint64_t query_count = 0;   // searching boxes: all, or those that are not static
   std::uint64_t target_count = 0;  // boxes that are searched
+  double comparisons = 0;          // of brute force
   // Axes for which the values below are positions by bits (base/quantize.hpp) around a centre,
   // instead of coordinates.
   bool by_bits[3] = {false, false, false};
