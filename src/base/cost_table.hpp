@@ -1,6 +1,7 @@
 // The tuned numbers by which the CPU search and persistent objects choose between ways to the same
-// result. scripts/costs measures what each is worth: it changes one at a time and runs the scenes
-// of the benchmark. Sizes of buffers, samples and digits stand where they are used.
+// result. scripts/costs measures what they are worth: it changes one at a time and runs scenes of
+// the benchmark, on one thread with the widest vectors, without queries. Sizes of buffers, samples
+// and digits stand where they are used.
 #pragma once
 
 #include <algorithm>
@@ -21,8 +22,8 @@ struct SweepCost {
 // Times are ns on one thread of the machine of docs/explanation/benchmarks.md; only their ratios
 // matter.
 struct CostTable {
-  // The grid's planner (grid/plan/planner.cpp).
-  double box_ns = 3;               // per box binned
+  // The grid's planner (grid/plan/planner.cpp, grid_prices.hpp).
+  double box_ns = 3;               // per box binned, or read by brute force
   double replica_ns = 5;           // per further column of a box
   double record_ns = 6;            // per record sorted in a column
   double column_ns = 150;          // per column that has boxes
@@ -43,7 +44,7 @@ struct CostTable {
   // Filters (grid/plan/filter_planning.cpp).
   double world_distance = 0.25;    // worlds are in one place if boxes of one world are at least so
                                    // far apart, relative to any two boxes
-  double worlds_together_ns = 25;  // per box: worlds are searched together if that is expected
+  double worlds_together_ns = 25;  // per box: worlds are searched together if that takes no longer
   double separation_ns = 25;       // per box, to search static boxes separately
 
   // The sweep: with vectors of 16 coordinates or more, of 8, and without vectors.
@@ -51,11 +52,12 @@ struct CostTable {
   SweepCost sweep_narrow = {0.5, 0.2, 0.5, 0.2};
   SweepCost sweep_scalar = {1, 2, 1, 2};
   double broadcast_window = 20;  // targets beyond a vector, from which broadcasting pays
-  double shared_steps = 32;      // queries of a vector continue together for so many steps each
-  double set_ratio = 32;   // two sets are one strip unless one has so many times more boxes there
-  double set_window = 64;  // and while windows are no longer than that
+  double shared_steps = 32;      // queries of a vector continue together for so many targets each
+  double set_ratio = 32;   // two sets are one strip unless one has so many times more boxes there:
+                           // then only those near the others are compared
+  double set_window = 64;  // and while the plan expects no longer windows
 
-  // Threads and memory (grid/engine.cpp, grid/bin/grid.cpp).
+  // Threads and memory (grid/engine.hpp, grid/engine.cpp, grid/bin/grid.cpp).
   double threads_boxes = 6000;     // from so many boxes on a second thread pays
   double team_boxes = 65536;       // from so many boxes on one problem of many takes all threads
   double wide_columns = 64;        // a box in more columns is stored apart
@@ -76,7 +78,7 @@ struct CostTable {
                            // changes, may be in vain
   double class_lines = 6;  // searching a further class of box sizes, in lines of cells
 
-  // Queries (tracking/tracker.cpp), and threads of both.
+  // Queries (tracking/tracker.cpp, tracking/queries.cpp), and threads of both.
   double visit_ns = 1.6;        // without an index, per object or record
   double index_query_ns = 400;  // with an index
   double parallel_ns = 20'000;  // least work for a second thread

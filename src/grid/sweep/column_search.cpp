@@ -30,26 +30,10 @@ bool far_more(std::uint32_t most, std::uint32_t least) noexcept {
   return base::cost.set_ratio * least < most;
 }
 
-constexpr std::uint64_t max_mixed_boxes = 65536;  // boxes; space is reserved twice
-constexpr std::uint32_t max_skipped = 31;         // columns skipped after failures
-
-// Follows the last record; of maximal extent on each axis.
+// Follows the last record, as records are transposed in groups. Of maximal extent, so that it does
+// not count as the shortest box; its coordinates are then replaced by those of padding.
 constexpr Record no_record{
     {{0, 0, 0}, {base::max_quantized, base::max_quantized, base::max_quantized}}, 0};
-
-// The mean window length, from samples: for boxes in a row, the distance from the first box to the
-// end of the last window.
-double mean_window(const Strip& strip) {
-  constexpr std::uint32_t samples = 32, in_a_row = 16;
-  const std::uint32_t step = std::max(in_a_row, strip.count / samples);
-  double sum = 0, count = 0;
-  for (std::uint32_t i = 0; i < strip.count; i += step, ++count) {
-    const std::int16_t* const upper = strip.upper[0].data() + i;
-    const std::int16_t most = *std::max_element(upper, upper + std::min(in_a_row, strip.count - i));
-    sum += strip.bucket_end[std::min(strip.bucket_of(most), strip.bucket_count - 1)] - i;
-  }
-  return sum / count;
-}
 
 }  // namespace
 
@@ -346,24 +330,17 @@ void ColumnSearch::sweep_wide(std::uint32_t column, unsigned side, const Strip& 
 bool ColumnSearch::sweep_mixed(std::uint32_t column, std::span<const ColumnBoxes> sides) {
   const auto [least, most] = std::minmax(sides[0].records, sides[1].records);
   // Without vectors, comparisons within a set cost more than they save.
-  if (far_more(most, least) || search_.kernels->isa == Isa::scalar) return false;
-  if (skipped_ < skip_limit_) {
-    ++skipped_;
+  if (far_more(most, least) || plan_.window > base::cost.set_window ||
+      search_.kernels->isa == Isa::scalar)
     return false;
-  }
   mixed_ = true;
   Part part{sides, 0, scratch_.query_strip};
   sort({&part, 1});
   const Strip& all = part.strip;
-  const bool pays = mean_window(all) <= base::cost.set_window;
-  if (pays) {
-    sweep({&all, &all, nullptr, forward()});
-    for (unsigned side = 0; side < 2; ++side) sweep_wide(column, side, all, forward());
-  }
+  sweep({&all, &all, nullptr, forward()});
+  for (unsigned side = 0; side < 2; ++side) sweep_wide(column, side, all, forward());
   mixed_ = false;
-  skip_limit_ = pays ? 0 : std::min(2 * skip_limit_ + 1, max_skipped);
-  skipped_ = 0;
-  return pays;
+  return true;
 }
 
 void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
@@ -379,14 +356,7 @@ void ColumnSearch::run(std::uint32_t column, std::uint32_t next) {
   const bool any_query = queries || !grid_.wide(0).empty();
   const bool any_target = targets || !grid_.wide(1).empty();
   if (!(problem_.self && queries) && !(queries && any_target) && !(any_query && targets)) return;
-  const std::uint64_t both = std::uint64_t{sides[0].records} + sides[1].records;
-  if (problem_.target_id_offset != 0 && both <= max_mixed_boxes) {
-    // The method for a column depends on earlier columns: reserve space for either.
-    for (StripStorage* space : {&scratch_.query_strip, &scratch_.target_strip})
-      space->reserve(static_cast<std::uint32_t>(both), classes_in_masks() != nullptr);
-    scratch_.starts.ensure(both + Strip::padding);
-    if (sweep_mixed(column, sides)) return;
-  }
+  if (problem_.target_id_offset != 0 && sweep_mixed(column, sides)) return;
   for (unsigned few = 0; few < 2 && !problem_.self; ++few) {
     // A wide box of the smaller set may overlap any.
     ColumnBoxes &one = sides[few], &other = sides[1 - few];

@@ -88,9 +88,7 @@ class ColumnSearch {
   Worker& worker_;
   RecursionScratch& scratch_;
   unsigned depth_;
-  bool mixed_ = false;                          // the current strip has boxes of both sets
-  std::uint32_t skip_limit_ = 0, skipped_ = 0;  // columns to skip before the next attempt, and
-                                                // skipped so far
+  bool mixed_ = false;  // the current strip has boxes of both sets
   RecordPrefetcher ahead_;
 };
 
