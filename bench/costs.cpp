@@ -107,9 +107,12 @@ CostTable parse_table(const std::string& text) {
     char* end = nullptr;
     const double value =
         equals == std::string::npos ? 0 : std::strtod(part.c_str() + equals + 1, &end);
-    if (found == std::end(names) || !end || *end != '\0' || end == part.c_str() + equals + 1)
+    if (found == std::end(names) || !end || *end != '\0' || end == part.c_str() + equals + 1 ||
+        !(value >= 0 && value <= 1e9))
       throw common::Failure(
-          fmt::format("--try: found '{}', wanted NAME=NUMBER with a name of cost_table.hpp", part));
+          fmt::format("--try: found '{}', wanted NAME=NUMBER with a name of cost_table.hpp and a "
+                      "number of 0 to 1e9",
+                      part));
     set(table, static_cast<std::size_t>(found - names), value);
   }
   return table;
@@ -190,7 +193,7 @@ CostCase moving_case(const char* scene, std::size_t objects, double share, int f
             }
             std::vector<std::vector<double>> times(tables.size());
             constexpr int warm_up = 12;
-            for (int f = -warm_up; f < frames * rounds / 8; ++f) {
+            for (int f = -warm_up; f < std::max(1, frames * rounds / 8); ++f) {
               const Moves moves = motion.next();
               for (std::size_t k = 0; k < tables.size(); ++k) {
                 const std::size_t v = (k + static_cast<std::size_t>(f + warm_up)) % tables.size();
@@ -266,12 +269,13 @@ void measure(const std::vector<Variant>& variants, const std::vector<CostCase>& 
     Row row;
     row.kind = "costs";
     row.name = variants[v].name;
-    row.setting = variants[v].setting;
+    row.setting =
+        fmt::format("{} ({:.2f} to {:.2f})", variants[v].setting, best->value, worst->value);
     row.library = "Throng";
     row.metric = "time_ratio";
     row.value = std::exp(logs / static_cast<double>(ratios[v].size()));
     row.samples = ratios[v].size();
-    row.note = fmt::format("{:.2f} to {:.2f} ({})", best->value, worst->value, worst->of->name);
+    row.note = fmt::format("greatest: {}", worst->of->name);
     results.add(std::move(row));
   }
 }
@@ -281,8 +285,10 @@ void measure(const std::vector<Variant>& variants, const std::vector<CostCase>& 
 int costs_command(int argc, char** argv) {
   CaseOptions a;
   std::vector<std::string> files, tries;
-  CLI::App app{"What each tuned number is worth: the time with half and twice its value.",
-               "throng-bench costs"};
+  CLI::App app{
+      "What each tuned number is worth: the time with half and twice its value. Searches take one "
+      "thread, the widest vectors and no queries: other numbers give about 1, as noise does.",
+      "throng-bench costs"};
   app.add_option("--files", files, "Also search these .npy files");
   app.add_option("--try", tries, "Instead: the time with these values, such as tie_ns=0,box_ns=2");
   int status = 0;
@@ -303,7 +309,12 @@ int costs_command(int argc, char** argv) {
       }
     }
   }
+  if (runs.empty()) throw common::Failure("--only: no number of cost_table.hpp has such a name");
+  for (const std::string& file : files)
+    if (!file.ends_with(".npy"))
+      throw common::Failure(fmt::format("--files: found '{}', wanted .npy files", file));
   const std::vector<CostCase> cases = all_cases(a, files);
+  if (cases.empty()) throw common::Failure("--max-objects: the least number of boxes is 1000");
   for (const std::vector<Variant>& variants : runs) {
     measure(variants, cases, a.rounds_of(8), results);
     results.show(variants.front().name);
