@@ -58,8 +58,8 @@ struct Explanation {
   std::vector<CellClass> cell_classes;
 
   // The expected times of brute force and of the best grid that is swept along each axis, the
-  // shortest first. The shortest grid is chosen; brute force for few boxes or on request. Filters
-  // are ignored. Empty without a single plan for all boxes.
+  // shortest first. The first grid is chosen; brute force for few boxes or on request. Filters are
+  // ignored. Empty without a single plan for all boxes.
   struct Candidate {
     Algorithm algorithm = Algorithm::grid;
     std::uint32_t sweep_axis = 0;

@@ -213,7 +213,7 @@ class Explanation:
         """The region that the cells divide into equal parts."""
     @property
     def candidates(self) -> list[Candidate]:
-        """Brute force and the best grid along each axis, the shortest expected time first. The shortest
+        """Brute force and the best grid along each axis, the shortest expected time first. The first
         grid is chosen; brute force for few boxes or on request. Empty without a single plan for all boxes.
         """
     @property

@@ -16,7 +16,8 @@ struct Job {
   const Problem& problem;
   const GridPlan& plan;
   std::span<Worker* const> team;
-  unsigned depth = 0;  // of the grid: 0 for the call's; 1 for one of its columns or worlds, ...
+  unsigned depth =
+      0;  // of the grid's memory: 0 the call's, which a team shares; above, a worker's own
 };
 
 }  // namespace throng::grid

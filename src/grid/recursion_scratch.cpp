@@ -2,6 +2,30 @@
 
 namespace throng::grid {
 
+void StripStorage::assign_storage(Strip& strip, bool with_classes) {
+  using Coordinates = Strip::Array<std::int16_t>;
+  using Masks = Strip::Array<RejectMask>;
+  const std::uint32_t count = strip.count;
+  std::int16_t* const of_boxes = coordinates.ensure(6 * Coordinates::row_elements(count));
+  for (std::size_t k = 0; k < 3; ++k) {
+    strip.lower[k] = Coordinates::row(of_boxes, 2 * k, count);
+    strip.upper[k] = Coordinates::row(of_boxes, 2 * k + 1, count);
+  }
+  RejectMask* const of_sides = masks.ensure((with_classes ? 2 : 1) * Masks::row_elements(count));
+  strip.target_mask = Masks::row(of_sides, 0, count);
+  strip.query_mask = Masks::row(of_sides, with_classes ? 1 : 0, count);
+  strip.id = {ids, count};
+}
+
+void StripStorage::match(const StripStorage& other) {
+  order.match(other.order);
+  ranks.match(other.ranks);
+  coordinates.match(other.coordinates);
+  masks.match(other.masks);
+  ids.match(other.ids);
+  buckets.match(other.buckets);
+}
+
 RecursionScratch::RecursionScratch(base::Memory& memory) noexcept
     : query_strip(memory),
       target_strip(memory),

@@ -22,8 +22,6 @@ class StripStorage {
   // Points the arrays of `strip` at storage for strip.count boxes. with_classes: query and target
   // bits differ.
   void assign_storage(Strip& strip, bool with_classes);
-  // Reserves for `count` boxes.
-  void reserve(std::uint32_t count, bool with_classes);
   void match(const StripStorage& other);
 
   base::Buffer<const Record*> order;

@@ -8,7 +8,8 @@ namespace throng::grid {
 
 // Reads all boxes: into the columns of `grid`, or for brute force into arrays of the first worker.
 BinReport bin(const Job&, BinnedGrid& grid);
-// Finds the pairs of what bin() read. Workers pass them on to the search's sink.
+// Finds the pairs of what bin() read. Worker::begin() comes before, Worker::finish() after: the
+// last pairs are still in the workers.
 void sweep(const Job&, BinnedGrid& grid);
 
 // Both steps on one worker, for a column of a grid of depth - 1, or for one world of many.

@@ -189,7 +189,8 @@ BinReport BinnedGrid::bin(const Job& job) {
     base::run_tasks(*search.executor, task_count, task);
     used_blocks_ = 0;
     for (unsigned t = 0; t < task_count; ++t) used_blocks_ += regions_[t].used;
-    if (search.failed() || !pool_exhausted_) return total;
+    if (search.failed()) return {};
+    if (!pool_exhausted_) return total;
     // More replicas than estimated. The number of blocks needed is known now.
     const std::size_t wanted = used_blocks_ + std::size_t{block_batch} * task_count;
     expected =

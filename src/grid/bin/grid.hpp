@@ -1,4 +1,4 @@
-// The step "bin": every box into every column that it touches.
+// The step "bin": every box into every column that it touches, or apart if these are very many.
 #pragma once
 
 #include <atomic>
@@ -52,7 +52,7 @@ class BinnedGrid {
   std::size_t record_bound() const noexcept {
     return used_blocks_ * (block_bytes_ / sizeof(Record));
   }
-  // The records of each column.
+  // The number of records of each column, of both sides, counted anew. Valid until the next call.
   std::span<const std::uint32_t> count_records();
   // The non-empty columns by decreasing size, so that no large one is left for the end. Empty if
   // sizes are similar: keep their order.
@@ -135,7 +135,7 @@ class BinnedGrid {
   base::Buffer<char> pool_;
   base::Buffer<Region> regions_;
   base::Buffer<std::uintptr_t> tails_;
-  base::Buffer<std::uint32_t> order_, sizes_;  // sizes_: records per column, once counted
+  base::Buffer<std::uint32_t> order_, sizes_;  // of largest_first() and count_records()
   base::Buffer<WideBox> wide_[2];
   std::uint32_t wide_count_[2] = {0, 0};
   base::Mutex wide_mutex_;
