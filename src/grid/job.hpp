@@ -16,8 +16,8 @@ struct Job {
   const Problem& problem;
   const GridPlan& plan;
   std::span<Worker* const> team;
-  unsigned depth =
-      0;  // of the grid's memory: 0 the call's, which a team shares; above, a worker's own
+  // Of the grid's memory: 0 is the call's, which a team shares; above are a worker's own.
+  unsigned depth = 0;
 };
 
 }  // namespace throng::grid

@@ -54,6 +54,13 @@ struct Problem {
 inline std::uint64_t box_count(const Problem& p) noexcept {
   return std::uint64_t{p.queries.count} + p.targets.count;
 }
+// The number of comparisons of brute force, for so many queries and targets of a problem.
+inline double brute_force_comparisons(const Problem& p, double queries, double targets) noexcept {
+  return (p.self ? queries * queries / 2 : 0) + queries * targets;
+}
+inline double brute_force_comparisons(const Problem& p) noexcept {
+  return brute_force_comparisons(p, p.queries.count, p.targets.count);
+}
 
 // Counts of the boxes that take no part.
 struct BinReport {

@@ -52,7 +52,8 @@ class BinnedGrid {
   std::size_t record_bound() const noexcept {
     return used_blocks_ * (block_bytes_ / sizeof(Record));
   }
-  // The number of records of each column, of both sides, counted anew. Valid until the next call.
+  // The number of records of each column, of both sides. Counts on each call; the result is valid
+  // until the next one.
   std::span<const std::uint32_t> count_records();
   // The non-empty columns by decreasing size, so that no large one is left for the end. Empty if
   // sizes are similar: keep their order.

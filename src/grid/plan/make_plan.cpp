@@ -8,11 +8,6 @@
 namespace throng::grid {
 namespace {
 
-double comparisons(const Problem& p) noexcept {
-  const auto queries = static_cast<double>(p.queries.count);
-  return (p.self ? 0.5 * queries * queries : 0) + queries * static_cast<double>(p.targets.count);
-}
-
 // Samples boxes evenly, with jitter against regular patterns in their order. They are scattered, so
 // all are prefetched before the first is read.
 std::uint32_t sample_subset(const Search& search, const BoxSubset& side, std::uint32_t wanted,
@@ -54,7 +49,7 @@ Stats sample_stats(const Search& search, const Problem& problem) {
   std::uint32_t count = sample_subset(search, problem.queries, std::min(first, wanted), sample);
   count += sample_subset(search, problem.targets, wanted - std::min(first, wanted), sample + count);
   Stats stats = measure(sample, count, boxes, boxes);
-  stats.comparisons = comparisons(problem);
+  stats.comparisons = brute_force_comparisons(problem);
   return stats;
 }
 
@@ -65,7 +60,7 @@ GridPlan make_plan(const Search& search, const Problem& problem, Algorithm force
     Stats few;
     few.query_count = problem.queries.count;
     few.target_count = boxes;
-    few.comparisons = comparisons(problem);
+    few.comparisons = brute_force_comparisons(problem);
     if (forced != Algorithm::grid)
       return grid::plan(few, *search.kernels->sweep_cost, forced, search.cell_scale);
   }

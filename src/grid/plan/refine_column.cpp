@@ -93,10 +93,10 @@ bool solve_without_forbidden(Search& search, const Problem& part, Worker& worker
   if (!search.owners && !search.filter_classes) return false;
   const NonPairingSubset forbidden(search, part);
   const std::uint32_t of_a = part.queries.count, of_b = part.targets.count;
-  const auto comparisons = [&](double a, double b) { return (part.self ? a * a / 2 : 0) + a * b; };
-  const double separated = comparisons(static_cast<double>(forbidden.count(false)),
-                                       static_cast<double>(forbidden.count(true)));
-  if (separated < cost.forbidden_share * comparisons(of_a, of_b)) return false;
+  const double separated =
+      brute_force_comparisons(part, static_cast<double>(forbidden.count(false)),
+                              static_cast<double>(forbidden.count(true)));
+  if (separated < cost.forbidden_share * brute_force_comparisons(part)) return false;
   RecursionScratch& inner = worker.scratch(depth + 1);
   const std::uint32_t a = move_forbidden_last(inner, 0, of_a, forbidden, false);
   const std::uint32_t b = move_forbidden_last(inner, of_a, of_b, forbidden, true);
@@ -138,8 +138,7 @@ bool refine(Search& search, const Problem& problem, Worker& worker, const Strip&
   const unsigned max_levels =
       masks_have_filters(search) ? RejectMask::max_levels_with_filters : RejectMask::max_levels;
   const bool grid_possible = depth + 1 < max_levels;
-  const double of_a = a.count, of_b = b.count;
-  const double comparisons = (problem.self ? 0.5 * of_a * of_a : 0) + of_a * of_b;
+  const double comparisons = brute_force_comparisons(problem, a.count, b.count);
   const bool brute_pays = comparisons * comparison_ns(sweep_cost) < cost.refine_share * sweep_ns;
   if (!grid_possible && !brute_pays) return false;
 
